@@ -1,0 +1,149 @@
+//! Collapses the binary tree into nodes of eight and lays out the leaves.
+
+use super::binary::{BinaryNode, Content, half_area};
+use super::collect::{PrimRef, corners};
+use crate::Geometry;
+use crate::bvh::Tree;
+use crate::node::{ChildRef, Kind, Node, WIDTH};
+use crate::primitive::{DiskRecord, InstanceRecord, QuadRecord, SphereRecord, TriangleBlock};
+use penombre_math::Bounds3;
+
+/// Figures about the collapsed tree.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Shape {
+    pub(crate) leaves: usize,
+    pub(crate) depth: usize,
+    pub(crate) sah_cost: f64,
+    pub(crate) triangles: usize,
+}
+
+struct Collapse<'a> {
+    binary: &'a [BinaryNode],
+    refs: &'a [PrimRef],
+    geometries: &'a [Geometry],
+    tree: Tree,
+    shape: Shape,
+    root_area: f64,
+}
+
+/// `refs` in the order of the binary tree's leaves.
+pub(super) fn collapse(
+    binary: &[BinaryNode],
+    refs: &[PrimRef],
+    geometries: &[Geometry],
+    instances: Vec<InstanceRecord>,
+) -> (Tree, Shape) {
+    let bounds = binary.first().map_or(Bounds3::EMPTY, |root| root.bounds);
+    let tree = Tree { instances, bounds, ..Tree::default() };
+    let root_area = half_area(&bounds).max(f64::MIN_POSITIVE);
+    let mut work = Collapse { binary, refs, geometries, tree, shape: Shape::default(), root_area };
+    work.run();
+    work.tree.finish();
+    (work.tree, work.shape)
+}
+
+impl Collapse<'_> {
+    /// Nodes are laid out depth first.
+    fn run(&mut self) {
+        self.tree.nodes.push(Node::EMPTY);
+        self.shape.depth = 1;
+        if self.binary.is_empty() {
+            return;
+        }
+        let mut tasks = vec![(0, 0, 1)];
+        while let Some((node, root, depth)) = tasks.pop() {
+            self.shape.depth = self.shape.depth.max(depth);
+            self.shape.sah_cost += self.share(root);
+            let (slots, used) = self.gather(root);
+            let mut filled = Node::EMPTY;
+            for &part in &slots[..used] {
+                let child = match self.binary[part].content {
+                    Content::Children(_) => {
+                        let child = self.tree.nodes.len();
+                        self.tree.nodes.push(Node::EMPTY);
+                        tasks.push((child, part, depth + 1));
+                        ChildRef::new(Kind::Node, child)
+                    }
+                    Content::Leaf { first, count } => {
+                        self.shape.leaves += 1;
+                        self.shape.sah_cost += self.share(part);
+                        self.leaf(first, count)
+                    }
+                };
+                filled.push(&self.binary[part].bounds, child);
+            }
+            self.tree.nodes[node] = filled;
+        }
+    }
+
+    fn area(&self, binary: usize) -> f64 {
+        half_area(&self.binary[binary].bounds)
+    }
+
+    /// Probability that a random line through the root's box meets this one.
+    fn share(&self, binary: usize) -> f64 {
+        (self.area(binary) / self.root_area).min(1.0)
+    }
+
+    /// Up to eight binary nodes that cover `root`: opens the largest until the slots are full.
+    fn gather(&self, root: usize) -> ([usize; WIDTH], usize) {
+        let mut slots = [root; WIDTH];
+        let mut used = 1;
+        while used < WIDTH {
+            let mut largest = None;
+            let mut largest_area = -1.0;
+            for (slot, &part) in slots[..used].iter().enumerate() {
+                if let Content::Children(children) = self.binary[part].content
+                    && self.area(part) > largest_area
+                {
+                    largest = Some((slot, children));
+                    largest_area = self.area(part);
+                }
+            }
+            let Some((slot, children)) = largest else { break };
+            slots[slot] = children;
+            slots[used] = children + 1;
+            used += 1;
+        }
+        (slots, used)
+    }
+
+    fn leaf(&mut self, first: usize, count: usize) -> ChildRef {
+        let key = self.refs[first].key;
+        let prim = key.prim as usize;
+        match &self.geometries[key.geometry as usize] {
+            Geometry::Triangles(_) => self.block(first, count),
+            Geometry::Spheres(spheres) => {
+                self.tree.spheres.push(SphereRecord::new(&spheres[prim], key));
+                ChildRef::new(Kind::Sphere, self.tree.spheres.len() - 1)
+            }
+            Geometry::Quads(quads) => {
+                let record = QuadRecord::new(&quads[prim], key).expect("checked when it was collected");
+                self.tree.quads.push(record);
+                ChildRef::new(Kind::Quad, self.tree.quads.len() - 1)
+            }
+            Geometry::Disks(disks) => {
+                let record = DiskRecord::new(&disks[prim], key).expect("checked when it was collected");
+                self.tree.disks.push(record);
+                ChildRef::new(Kind::Disk, self.tree.disks.len() - 1)
+            }
+            Geometry::Instance(_) => {
+                let place = self.tree.instances.binary_search_by_key(&key.geometry, |i| i.index);
+                ChildRef::new(Kind::Instance, place.expect("collected in the order of the list"))
+            }
+        }
+    }
+
+    /// Triangles of any meshes, in the order of their ids.
+    fn block(&mut self, first: usize, count: usize) -> ChildRef {
+        let mut block = TriangleBlock::EMPTY;
+        for r in &self.refs[first..first + count] {
+            if let Geometry::Triangles(mesh) = &self.geometries[r.key.geometry as usize] {
+                block.push(corners(mesh, r.key.prim as usize), r.key);
+            }
+        }
+        self.shape.triangles += count;
+        self.tree.blocks.push(block);
+        ChildRef::new(Kind::Triangles, self.tree.blocks.len() - 1)
+    }
+}

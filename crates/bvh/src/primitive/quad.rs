@@ -1,0 +1,84 @@
+//! Parallelograms.
+
+use super::{Key, Meeting, abs_sum, cross, difference, dot, rounded_out, scaled, sum, wide};
+use crate::{Quad, prepared::PreparedRay};
+use penombre_math::{Bounds3, Vec3};
+
+/// Share of a length by which a computed point may be off in its plane: 2⁻⁵² a step, less than 16 steps.
+const ROUNDING: f64 = 1.0 / (1u64 << 48) as f64;
+
+/// Rounding grows as the ray comes closer to the plane; beyond this factor (0.014°) it is not followed.
+const STEEPEST: f64 = 4096.0;
+
+/// A parallelogram that can be hit, with the plane and the two dual vectors that yield `u` and `v`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct QuadRecord {
+    origin: Vec3,
+    /// Unit length.
+    normal: [f64; 3],
+    dual: [[f64; 3]; 2],
+    /// Tolerance of `u` and `v` at the origin of the ray …
+    slack: f64,
+    /// … and what each unit of distance adds.
+    slack_growth: f64,
+    pub(crate) key: Key,
+}
+
+impl QuadRecord {
+    /// `None` if the sides are parallel or not finite.
+    pub(crate) fn new(quad: &Quad, key: Key) -> Option<Self> {
+        let sides = quad.sides.map(wide);
+        let normal = cross(sides[0], sides[1]);
+        let square = dot(normal, normal);
+        if !(quad.origin.is_finite() && square > 0.0 && square < f64::INFINITY) {
+            return None;
+        }
+        let dual = [scaled(cross(sides[1], normal), 1.0 / square), scaled(cross(normal, sides[0]), 1.0 / square)];
+        let steepest = abs_sum(dual[0]).max(abs_sum(dual[1]));
+        let size = abs_sum(sides[0]).max(abs_sum(sides[1]));
+        Some(Self {
+            origin: quad.origin,
+            normal: scaled(normal, 1.0 / square.sqrt()),
+            dual,
+            slack: ROUNDING * steepest * size,
+            slack_growth: ROUNDING * steepest,
+            key,
+        })
+    }
+
+    /// The box, `None` for a parallelogram that cannot be hit.
+    pub(crate) fn bounds(quad: &Quad) -> Option<Bounds3> {
+        Self::new(quad, Key { geometry: 0, prim: 0 })?;
+        let (o, s) = (wide(quad.origin), quad.sides.map(wide));
+        let corners = [o, sum(o, s[0]), sum(o, s[1]), sum(sum(o, s[0]), s[1])];
+        let edge = |pick: fn(f64, f64) -> f64| {
+            std::array::from_fn(|axis| corners.iter().fold(corners[0][axis], |e, c| pick(e, c[axis])))
+        };
+        rounded_out(edge(f64::min), edge(f64::max))
+    }
+
+    /// By how much an accepted point may lie beside the parallelogram, as a share of the distance between the ray's origin
+    /// and the farthest corner of any box around it.
+    pub(crate) fn aside(&self) -> f64 {
+        // The distance to the far corner is at least half the sum of the sides' largest components, and at least a third of
+        // any distance in the tolerance's sum of components; both sides may be exceeded.
+        let condition = self.slack / ROUNDING;
+        32.0 * ROUNDING * STEEPEST * condition.max(1.0)
+    }
+
+    /// Plane first, then `u` and `v`. The tolerances make neighbours overlap by their rounding errors, so that nothing
+    /// leaks between them.
+    #[inline(always)]
+    pub(crate) fn meet(&self, ray: &PreparedRay) -> Option<Meeting> {
+        let from_origin = difference(wide(ray.origin), wide(self.origin));
+        let per_height = 1.0 / dot(self.normal, ray.dir);
+        let distance = -dot(self.normal, from_origin) * per_height;
+        let t = ray.in_range(distance)?;
+        let place = sum(from_origin, scaled(ray.dir, distance));
+        let (u, v) = (dot(self.dual[0], place), dot(self.dual[1], place));
+        let slope = (abs_sum(ray.dir) * per_height.abs()).min(STEEPEST);
+        let slack = self.slack + self.slack_growth * abs_sum(from_origin) * slope;
+        let inside = u >= -slack && u <= 1.0 + slack && v >= -slack && v <= 1.0 + slack;
+        inside.then(|| Meeting { t, u: u.clamp(0.0, 1.0) as f32, v: v.clamp(0.0, 1.0) as f32 })
+    }
+}

@@ -1,0 +1,3 @@
+use crate::{Geometry, Quad, Sphere, Triangles};
+
+mod meshes;

@@ -1,0 +1,226 @@
+//! The way of a ray through the trees.
+
+use crate::bvh::Tree;
+use crate::node::{BoxRay, ChildRef, Crossing, Kind, WIDTH};
+use crate::prepared::PreparedRay;
+use crate::query::{Any, Closest, Query};
+use crate::{Bvh, Hit, Ray};
+
+/// A subtree still to visit and where the ray enters it.
+#[derive(Clone, Copy)]
+struct Waiting {
+    entry: f32,
+    child: ChildRef,
+}
+
+/// Entries kept in place. Seven may wait per level, so most trees need no more; the rest goes to the heap.
+const INLINE: usize = 64;
+
+/// What still has to be visited. One serves any number of rays.
+pub(crate) struct Stack {
+    inline: [Waiting; INLINE],
+    len: usize,
+    overflow: Vec<Waiting>,
+}
+
+impl Stack {
+    #[inline(always)]
+    pub(crate) fn new() -> Self {
+        let nothing = Waiting { entry: 0.0, child: ChildRef::ROOT };
+        Self { inline: [nothing; INLINE], len: 0, overflow: Vec::new() }
+    }
+
+    #[inline(always)]
+    fn push(&mut self, waiting: Waiting) {
+        if let Some(slot) = self.inline.get_mut(self.len) {
+            *slot = waiting;
+            self.len += 1;
+        } else {
+            self.overflow.push(waiting);
+        }
+    }
+
+    /// The last one pushed, unless only `base` are left.
+    #[inline(always)]
+    fn pop(&mut self, base: usize) -> Option<Waiting> {
+        if !self.overflow.is_empty() && self.height() > base {
+            return self.overflow.pop();
+        }
+        if self.len <= base {
+            return None;
+        }
+        self.len -= 1;
+        self.inline.get(self.len).copied()
+    }
+
+    #[inline(always)]
+    fn height(&self) -> usize {
+        self.len + self.overflow.len()
+    }
+}
+
+/// The closest hit of every ray.
+#[inline(always)]
+pub(crate) fn closest(bvh: &Bvh, rays: &[Ray], hits: &mut [Hit]) {
+    let mut stack = Stack::new();
+    for (ray, hit) in rays.iter().zip(hits) {
+        let mut query = Closest::new(ray.t_max);
+        follow(bvh, ray, &mut query, &mut stack);
+        *hit = query.hit;
+    }
+}
+
+/// Whether each ray hits anything.
+#[inline(always)]
+pub(crate) fn occluded(bvh: &Bvh, rays: &[Ray], blocked: &mut [bool]) {
+    let mut stack = Stack::new();
+    for (ray, blocked) in rays.iter().zip(blocked) {
+        let mut query = Any { t_max: ray.t_max, found: false };
+        follow(bvh, ray, &mut query, &mut stack);
+        *blocked = query.found;
+    }
+}
+
+#[inline(always)]
+fn follow<Q: Query>(bvh: &Bvh, ray: &Ray, query: &mut Q, stack: &mut Stack) {
+    let Some(ray) = PreparedRay::new(ray) else { return };
+    stack.len = 0;
+    stack.overflow.clear();
+    if bvh.tree.instances.is_empty() {
+        walk::<Q, false>(&bvh.tree, &ray, query, stack, Hit::NO_INSTANCE);
+    } else {
+        walk::<Q, true>(&bvh.tree, &ray, query, stack, Hit::NO_INSTANCE);
+    }
+}
+
+/// Visits one tree; true if the query is content. `TOP` is for trees with instances.
+#[inline(always)]
+fn walk<Q: Query, const TOP: bool>(
+    tree: &Tree,
+    ray: &PreparedRay,
+    query: &mut Q,
+    stack: &mut Stack,
+    instance: u32,
+) -> bool {
+    let boxes = BoxRay::new::<TOP>(ray, &tree.bounds, tree.aside);
+    let base = stack.height();
+    let mut current = ChildRef::ROOT;
+    loop {
+        if current.kind() == Kind::Node {
+            let node = &tree.nodes[current.index()];
+            let crossing = node.cross::<TOP>(&boxes, boxes.limit(query.limit()));
+            if crossing.mask != 0 {
+                let lane = crossing.mask.trailing_zeros() as usize;
+                current = node.child(lane % WIDTH);
+                let others = crossing.mask & (crossing.mask - 1);
+                if others != 0 {
+                    let first = Waiting { entry: crossing.entry[lane % WIDTH], child: current };
+                    let child = |lane: usize| node.child(lane);
+                    current = spread::<Q>(&crossing, first, others, child, stack);
+                }
+                continue;
+            }
+        } else if visit_leaf::<Q, TOP>(tree, current, ray, query, stack, instance) {
+            return true;
+        }
+        loop {
+            let Some(next) = stack.pop(base) else { return false };
+            if next.entry <= boxes.limit(query.limit()) {
+                current = next.child;
+                break;
+            }
+        }
+    }
+}
+
+/// Picks the child to visit now (the nearest, if that matters) and pushes the others, the farthest first.
+#[inline(always)]
+fn spread<Q: Query>(
+    crossing: &Crossing,
+    first: Waiting,
+    mut others: u32,
+    child: impl Fn(usize) -> ChildRef,
+    stack: &mut Stack,
+) -> ChildRef {
+    let mut sorted = [first; WIDTH];
+    let mut count = 1;
+    while others != 0 {
+        let lane = others.trailing_zeros() as usize % WIDTH;
+        others &= others - 1;
+        let new = Waiting { entry: crossing.entry[lane], child: child(lane) };
+        let mut place = count;
+        if Q::NEAREST_FIRST {
+            while place > 0 && sorted[place - 1].entry < new.entry {
+                sorted[place] = sorted[place - 1];
+                place -= 1;
+            }
+        }
+        sorted[place] = new;
+        count += 1;
+    }
+    for &waiting in &sorted[..count - 1] {
+        stack.push(waiting);
+    }
+    sorted[count - 1].child
+}
+
+#[inline(always)]
+fn visit_leaf<Q: Query, const TOP: bool>(
+    tree: &Tree,
+    leaf: ChildRef,
+    ray: &PreparedRay,
+    query: &mut Q,
+    stack: &mut Stack,
+    instance: u32,
+) -> bool {
+    let (meeting, key) = match leaf.kind() {
+        Kind::Triangles => {
+            let block = &tree.blocks[leaf.index()];
+            let mut open = block.candidates(ray);
+            while open != 0 {
+                let lane = open.trailing_zeros() as usize % WIDTH;
+                open &= open - 1;
+                if let Some(meeting) = block.meet(lane, ray)
+                    && query.offer(meeting, block.key(lane), instance)
+                {
+                    return true;
+                }
+            }
+            return false;
+        }
+        Kind::Sphere => {
+            let sphere = &tree.spheres[leaf.index()];
+            (sphere.meet(ray), sphere.key)
+        }
+        Kind::Quad => {
+            let quad = &tree.quads[leaf.index()];
+            (quad.meet(ray), quad.key)
+        }
+        Kind::Disk => {
+            let disk = &tree.disks[leaf.index()];
+            (disk.meet(ray), disk.key)
+        }
+        Kind::Node | Kind::Instance => {
+            if !TOP {
+                return false;
+            }
+            let record = &tree.instances[leaf.index()];
+            return record.local_ray(ray).is_some_and(|local| {
+                walk_nested(&record.bvh.tree, &local, query, stack, record.index)
+            });
+        }
+    };
+    meeting.is_some_and(|meeting| query.offer(meeting, key, instance))
+}
+
+/// A call of its own, so that the compiler sees no endless inlining.
+#[inline(always)]
+fn walk_nested<Q: Query>(
+    tree: &Tree,
+    ray: &PreparedRay,
+    query: &mut Q,
+    stack: &mut Stack,
+    instance: u32,
+) -> bool {
+    walk::<Q, false>(tree, ray, query, stack, instance)
+}

@@ -1,0 +1,210 @@
+//! The command line.
+
+use clap::{ArgAction, Args, Parser, Subcommand};
+use penombre_image::ToneCurve;
+use std::path::PathBuf;
+
+/// A renderer: scene in, picture out.
+#[derive(Debug, Parser)]
+#[command(name = "penombre", version, about, arg_required_else_help = true, max_term_width = 110)]
+pub struct Cli {
+    #[command(flatten)]
+    pub verbosity: Verbosity,
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+#[derive(Debug, Args)]
+pub struct Verbosity {
+    /// Say nothing but errors.
+    #[arg(short, long, global = true)]
+    pub quiet: bool,
+    /// Say more; twice: still more.
+    #[arg(short, long, global = true, action = ArgAction::Count, conflicts_with = "quiet")]
+    pub verbose: u8,
+    /// Draw no progress bar.
+    #[arg(long, global = true)]
+    pub no_progress: bool,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Render a scene into images.
+    Render(RenderArgs),
+    /// Tell what is inside a scene.
+    Info(InfoArgs),
+    /// Tell all faults of a scene, rendering nothing.
+    Check(CheckArgs),
+    /// Compare two images.
+    Diff(DiffArgs),
+    /// Follow the path of one sample of one pixel.
+    Trace(TraceArgs),
+}
+
+/// A scene and what the command line changes of it.
+#[derive(Debug, Args)]
+pub struct SceneArgs {
+    /// A scene file (.toml), a mesh (.obj, .off), or a built-in: sphere, square, cornell, sphere-as-given,
+    /// cornell-as-given.
+    pub scene: String,
+    /// Override a parameter of the scene, e.g. camera.fov=40 or material.red.diffuse=[1,0,0]; repeatable.
+    #[arg(long, value_name = "PATH=VALUE")]
+    pub set: Vec<String>,
+    /// Also allow files below this folder, not only below the scene's; repeatable.
+    #[arg(long, value_name = "DIR")]
+    pub asset_root: Vec<PathBuf>,
+    /// Width and height of the image, pixels.
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub size: Option<[u32; 2]>,
+    /// Samples per pixel.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=16_777_216))]
+    pub spp: Option<u32>,
+    /// The camera: its name, or its number from 0.
+    #[arg(long, value_name = "NAME|INDEX")]
+    pub camera: Option<String>,
+    /// Another seed gives other noise.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64))]
+    pub seed: Option<u64>,
+    /// How light is computed: classic.
+    #[arg(long, value_name = "NAME")]
+    pub integrator: Option<String>,
+    /// classic: 1 flat colour, 2 Phong and shadows, 3 and mirrors, 4 and glass.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u8).range(1..=4))]
+    pub phase: Option<u8>,
+    /// classic: area lights act as points at their centre.
+    #[arg(long)]
+    pub hard_shadows: bool,
+    /// Most path segments between camera and light.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
+    pub max_depth: Option<u32>,
+    /// Send rays through the centres of pixels.
+    #[arg(long)]
+    pub disable_pixel_jitter: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct RenderArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// Write this file, repeatable; the format is the extension's: .png .jpg .ppm .pfm .exr .hdr; `-` is PNG on
+    /// standard output. Default: the scene's name with .png in the current folder.
+    #[arg(short, long, value_name = "FILE")]
+    pub output: Vec<PathBuf>,
+    /// Number of threads; default: all cores.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub threads: Option<u32>,
+    /// Write .ppm files exactly as the course's program does: ASCII, one line, truncated, no gamma.
+    #[arg(long)]
+    pub course_ppm: bool,
+    /// Tone curve of 8-bit outputs: raw or srgb; default: raw for classic.
+    #[arg(long, value_name = "CURVE")]
+    pub tone: Option<ToneCurve>,
+    /// Brightness of 8-bit outputs in powers of two.
+    #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true, value_parser = parse_finite)]
+    pub exposure: f32,
+    /// Edge of the tiles in pixels; changes no bit of the image.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    pub tile: Option<u32>,
+    /// At the end, one line of statistics on standard output.
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct InfoArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// For programs.
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct CheckArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// For programs: a list of faults.
+    #[arg(long)]
+    pub json: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct DiffArgs {
+    /// The image in question.
+    pub a: PathBuf,
+    /// The reference.
+    pub b: PathBuf,
+    /// For programs.
+    #[arg(long)]
+    pub json: bool,
+    /// Write a picture of where they differ.
+    #[arg(short, long, value_name = "HEATMAP")]
+    pub output: Option<PathBuf>,
+    /// Images count as equal if no value differs by more.
+    #[arg(long, value_name = "X", default_value_t = 0.0, value_parser = parse_tolerance)]
+    pub tolerance: f32,
+}
+
+#[derive(Debug, Args)]
+pub struct TraceArgs {
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// Column and row of the pixel, from 0 at the upper left.
+    #[arg(long, value_name = "X,Y", value_parser = parse_pixel)]
+    pub pixel: [u32; 2],
+    /// Index of the sample, from 0.
+    #[arg(long, value_name = "K", default_value_t = 0)]
+    pub sample: u32,
+    /// For programs.
+    #[arg(long)]
+    pub json: bool,
+}
+
+fn parse_size(text: &str) -> Result<[u32; 2], String> {
+    let parts = text.split_once(['x', 'X', '×']).ok_or("expected WIDTHxHEIGHT, for example 640x480")?;
+    let edge = |s: &str| match s.trim().parse::<u32>() {
+        Ok(v @ 1..=65536) => Ok(v),
+        _ => Err(format!("found `{s}`, expected a whole number of pixels from 1 to 65536")),
+    };
+    Ok([edge(parts.0)?, edge(parts.1)?])
+}
+
+fn parse_pixel(text: &str) -> Result<[u32; 2], String> {
+    let parts = text.split_once(',').ok_or("expected X,Y, for example 120,80")?;
+    let number = |s: &str| s.trim().parse::<u32>().map_err(|_| format!("found `{s}`, expected a whole number"));
+    Ok([number(parts.0)?, number(parts.1)?])
+}
+
+fn parse_finite(text: &str) -> Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(v) if v.is_finite() => Ok(v),
+        _ => Err("expected a finite number".to_owned()),
+    }
+}
+
+fn parse_tolerance(text: &str) -> Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(v) if v >= 0.0 => Ok(v),
+        _ => Err("expected a number, 0 or more".to_owned()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_definition_is_sound() {
+        <Cli as clap::CommandFactory>::command().debug_assert();
+    }
+
+    #[test]
+    fn sizes_and_pixels_are_read_strictly() {
+        assert_eq!(parse_size("640x480"), Ok([640, 480]));
+        for bad in ["640", "0x5", "x", "5x-3", "70000x2", "1e9x1"] {
+            assert!(parse_size(bad).is_err(), "{bad}");
+        }
+        assert_eq!(parse_pixel("3,4"), Ok([3, 4]));
+        assert!(parse_pixel("3").is_err() && parse_pixel("3,-4").is_err());
+    }
+}

@@ -1,0 +1,24 @@
+//! `penombre check`.
+
+use crate::args::CheckArgs;
+use crate::scene::examine;
+use crate::{Exit, report, terminal};
+use penombre_scene::Severity;
+use penombre_scene::report::to_json;
+
+/// Prints all faults and advice about a scene and renders nothing.
+pub fn run(args: &CheckArgs) -> Exit {
+    let (loaded, _, _) = examine(&args.scene);
+    let count = |severity| loaded.diagnostics.count(severity);
+    let errors = count(Severity::Error);
+    if args.json {
+        let faults: Vec<_> = loaded.diagnostics.iter().map(|d| to_json(d, &loaded.sources)).collect();
+        terminal::out(&serde_json::Value::from(faults).to_string());
+    } else {
+        report::print(&loaded.diagnostics, &loaded.sources, false);
+        let part = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
+        let (warnings, advice) = (part(count(Severity::Warning), "warning"), count(Severity::Advice));
+        terminal::out(&format!("{}: {}, {warnings}, {advice} advice", args.scene.scene, part(errors, "error")));
+    }
+    if errors > 0 { Exit::Usage } else { Exit::Done }
+}

@@ -1,0 +1,65 @@
+//! The `penombre` command: the only part of the project that prints.
+//!
+//! Exit status: 0 done, 1 failure, 2 scene or usage error, 130 interrupted (what is done is saved). Results go to
+//! standard output; progress, warnings and errors to standard error.
+#![forbid(unsafe_code)]
+
+mod args;
+mod check;
+mod diff;
+mod info;
+mod interrupt;
+mod outputs;
+mod planned;
+mod progress;
+mod render;
+mod report;
+mod scene;
+mod statistics;
+mod terminal;
+mod trace;
+
+use args::{Cli, Command};
+use clap::Parser;
+use std::process::ExitCode;
+
+/// How a command ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Exit {
+    /// All is done.
+    Done,
+    /// Something outside the scene failed: a disk, a file system; or images differ.
+    Failure,
+    /// The scene or the command line is wrong.
+    Usage,
+    /// Stopped by the user; what was done is saved.
+    Interrupted,
+}
+
+impl Exit {
+    fn code(self) -> u8 {
+        match self {
+            Self::Done => 0,
+            Self::Failure => 1,
+            Self::Usage => 2,
+            Self::Interrupted => interrupt::STATUS as u8,
+        }
+    }
+}
+
+fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return planned::answer(&error),
+    };
+    report::set_panic_message();
+    // A last net: no input should get here, and if one does it is a fault of ours, said shortly.
+    let ended = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| match &cli.command {
+        Command::Render(args) => render::run(args, &cli.verbosity),
+        Command::Info(args) => info::run(args),
+        Command::Check(args) => check::run(args),
+        Command::Diff(args) => diff::run(args),
+        Command::Trace(args) => trace::run(args),
+    }));
+    ExitCode::from(ended.map_or(1, Exit::code))
+}

@@ -1,0 +1,93 @@
+//! Where images go: checked before the first sample, written whole or not at all.
+
+use crate::report;
+use penombre_image::{Format, Image, WriteOptions};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// Bytes of slack that must stay free on the disk.
+const SPARE_BYTES: u64 = 1 << 20;
+
+/// One output.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Output {
+    /// A file; its extension decides the format.
+    File(PathBuf),
+    /// PNG on standard output.
+    StandardOutput,
+}
+
+impl Output {
+    /// The outputs that were asked for, or the default: the scene's name with `.png` in the current folder.
+    pub fn all(asked: &[PathBuf], scene: &str) -> Vec<Self> {
+        if asked.is_empty() {
+            return vec![Self::File(PathBuf::from(format!("{scene}.png")))];
+        }
+        let output = |p: &PathBuf| if p == Path::new("-") { Self::StandardOutput } else { Self::File(p.clone()) };
+        asked.iter().map(output).collect()
+    }
+
+    /// How messages call it.
+    pub fn name(&self) -> String {
+        match self {
+            Self::File(path) => path.display().to_string(),
+            Self::StandardOutput => "-".to_owned(),
+        }
+    }
+
+    /// Reports an extension that is not known, a folder that is not there or not writable, and a disk that is
+    /// too full for an image of that size. True if all is well.
+    pub fn check(&self, size: [u32; 2]) -> bool {
+        let Self::File(path) = self else { return true };
+        if let Err(error) = Format::from_path(path) {
+            report::error(&error.to_string(), "name the output with one of the extensions");
+            return false;
+        }
+        if let Err(error) = penombre_sys::check_writable(path) {
+            let help = "nothing was rendered; choose another place with `-o FILE`";
+            report::error(&format!("cannot write {}: {error}", path.display()), help);
+            return false;
+        }
+        // The largest format takes four bytes for each of three channels, and a header.
+        let needed = u64::from(size[0]) * u64::from(size[1]) * 12 + SPARE_BYTES;
+        match penombre_sys::available_space(path) {
+            Some(free) if free < needed => {
+                let message = format!(
+                    "cannot write {}: {} MiB free on that disk, {} MiB may be needed",
+                    path.display(),
+                    free >> 20,
+                    needed >> 20
+                );
+                report::error(&message, "nothing was rendered; free some space or choose another disk");
+                false
+            }
+            _ => true,
+        }
+    }
+
+    /// Writes the image. True if it is there; a fault is reported.
+    pub fn write(&self, image: &Image, options: &WriteOptions) -> bool {
+        let written = match self {
+            Self::File(path) => penombre_image::save(path, image, options).map_err(|e| e.to_string()),
+            Self::StandardOutput => to_standard_output(image, options),
+        };
+        match written {
+            Ok(()) => true,
+            Err(error) => {
+                report::error(&format!("the image was not saved: {error}"), "");
+                false
+            }
+        }
+    }
+}
+
+/// The whole file is made first: a reader gets it or nothing.
+fn to_standard_output(image: &Image, options: &WriteOptions) -> Result<(), String> {
+    let mut bytes = Vec::new();
+    penombre_image::encode(Format::Png, image, options, &mut bytes).map_err(|e| e.to_string())?;
+    let mut stdout = std::io::stdout().lock();
+    stdout
+        .write_all(&bytes)
+        .and_then(|()| stdout.flush())
+        .map_err(|e| format!("cannot write to standard output: {e}"))
+}

@@ -1,0 +1,160 @@
+//! `penombre render`.
+
+use crate::args::{RenderArgs, Verbosity};
+use crate::outputs::Output;
+use crate::progress::Progress;
+use crate::scene::{Prepared, prepare};
+use crate::statistics::{Measured, duration, json_line};
+use crate::{Exit, interrupt, report, terminal};
+use penombre::{Outcome, Render};
+use penombre_image::{Image, ToneCurve, WriteOptions};
+use std::time::Instant;
+
+/// Renders a scene and writes its images.
+pub fn run(args: &RenderArgs, verbosity: &Verbosity) -> Exit {
+    if let Err(message) = interrupt::listen() {
+        report::error(&message, "");
+        return Exit::Failure;
+    }
+    let Some(mut prepared) = prepare(&args.scene, verbosity.quiet) else { return Exit::Usage };
+    if let Some(tile) = args.tile {
+        prepared.plan.job.tile = tile;
+    }
+    let outputs = Output::all(&args.output, &prepared.loaded.name);
+    let size = prepared.plan.job.size;
+    if !outputs.iter().map(|o| o.check(size)).fold(true, |all, ok| all && ok) {
+        return Exit::Usage;
+    }
+    let options = write_options(args, &prepared);
+    let threads = args.threads.map_or_else(all_cores, |n| n as usize);
+    let mut measured = Measured::new(&prepared, threads);
+    if verbosity.verbose > 0 {
+        describe(&prepared, threads);
+    }
+    let mut render = Render::new(prepared.plan);
+    let outcome = compute(&mut render, &mut measured, verbosity);
+    warn_of_dropped(&args.scene.scene, &render);
+    let image = render.image();
+    if outcome == Outcome::Stopped && render.statistics().samples == 0 {
+        terminal::err("interrupted before the first sample: nothing was saved");
+        return Exit::Interrupted;
+    }
+    if !outputs.iter().map(|o| o.write(&image, &options)).fold(true, |all, ok| all && ok) {
+        return Exit::Failure;
+    }
+    tell(args, verbosity, &render, &image, &measured, &outputs);
+    match outcome {
+        Outcome::Finished => Exit::Done,
+        Outcome::Stopped => {
+            terminal::err("interrupted: the image holds what was done");
+            Exit::Interrupted
+        }
+    }
+}
+
+/// Runs the job, measuring it.
+fn compute(render: &mut Render, measured: &mut Measured, verbosity: &Verbosity) -> Outcome {
+    let job = *render.job();
+    let visible = !verbosity.quiet && !verbosity.no_progress;
+    let pixels = u64::from(job.size[0]) * u64::from(job.size[1]);
+    let progress = Progress::new(job.samples(), pixels, visible);
+    let (begin, cpu) = (Instant::now(), penombre_sys::process_cpu_time());
+    let outcome = render.run(measured.threads, &progress);
+    measured.render_s = begin.elapsed().as_secs_f64();
+    measured.cpu = penombre_sys::process_cpu_time().zip(cpu).map(|(after, before)| after.saturating_sub(before));
+    progress.finish();
+    outcome
+}
+
+fn all_cores() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
+}
+
+/// What the image files are told besides the pixels.
+fn write_options(args: &RenderArgs, prepared: &Prepared) -> WriteOptions {
+    let job = &prepared.plan.job;
+    let command: Vec<String> = std::env::args().skip(1).collect();
+    let entry = |key: &str, value: String| (key.to_owned(), value);
+    // The raw curve is the course's; other integrators will default to sRGB.
+    let default_tone = match prepared.plan.integrator.name() {
+        "classic" => ToneCurve::Raw,
+        _ => ToneCurve::Srgb,
+    };
+    WriteOptions {
+        tone: args.tone.unwrap_or(default_tone),
+        exposure: args.exposure,
+        course_ppm: args.course_ppm,
+        metadata: vec![
+            entry("Software", format!("penombre {}", env!("CARGO_PKG_VERSION"))),
+            entry("penombre:scene", prepared.loaded.name.clone()),
+            entry("penombre:scene-digest", prepared.loaded.description.digest(&prepared.loaded.assets)),
+            entry("penombre:command", format!("penombre {}", command.join(" "))),
+            entry("penombre:integrator", prepared.plan.integrator.name().to_owned()),
+            entry("penombre:spp", job.spp.to_string()),
+            entry("penombre:seed", job.seed.to_string()),
+        ],
+        ..WriteOptions::default()
+    }
+}
+
+/// `-v`: what will be done.
+fn describe(prepared: &Prepared, threads: usize) {
+    let (job, summary) = (&prepared.plan.job, prepared.plan.scene.summary());
+    terminal::err(&format!(
+        "{}: {} shapes, {} triangles, {} lights; {}×{} pixels, {} spp, {}, {threads} threads",
+        prepared.loaded.name,
+        summary.shapes.iter().map(|c| c.count).sum::<usize>(),
+        summary.triangles,
+        summary.lights.iter().map(|c| c.count).sum::<usize>(),
+        job.size[0],
+        job.size[1],
+        job.spp,
+        prepared.plan.integrator.name(),
+    ));
+    terminal::err(&format!("loaded in {:.3} s, built in {:.3} s", prepared.load_s, prepared.build_s));
+}
+
+/// Names samples that were not finite.
+fn warn_of_dropped(scene: &str, render: &Render) {
+    let statistics = render.statistics();
+    let Some(first) = statistics.dropped.iter().min_by_key(|d| (d.pixel[1], d.pixel[0], d.sample)) else { return };
+    let ([x, y], k) = (first.pixel, first.sample);
+    terminal::err(&format!(
+        "warning: {} samples were not finite and were dropped, among them sample {k} of pixel {x},{y}\n  help: `penombre \
+         trace {scene} --pixel {x},{y} --sample {k}` shows that path",
+        statistics.non_finite
+    ));
+}
+
+/// The closing lines: files, size, time; or the statistics for programs.
+fn tell(
+    args: &RenderArgs,
+    verbosity: &Verbosity,
+    render: &Render,
+    image: &Image,
+    measured: &Measured,
+    outputs: &[Output],
+) {
+    // Standard output belongs to the image if it goes there.
+    let say = if outputs.contains(&Output::StandardOutput) { terminal::err } else { terminal::out };
+    if args.json {
+        say(&json_line(&args.scene.scene, render, image, measured, outputs).to_string());
+        return;
+    }
+    if verbosity.quiet {
+        return;
+    }
+    let (job, statistics) = (render.job(), render.statistics());
+    let pixels = f64::from(job.size[0]) * f64::from(job.size[1]);
+    for output in outputs.iter().filter(|o| **o != Output::StandardOutput) {
+        say(&format!(
+            "{}  {}×{}, {:.0} spp, {}, {:.1} Mrays/s",
+            output.name(),
+            job.size[0],
+            job.size[1],
+            statistics.samples as f64 / pixels,
+            duration(measured.render_s),
+            statistics.rays as f64 / measured.render_s.max(1e-9) / 1e6,
+        ));
+    }
+}

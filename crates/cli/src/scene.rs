@@ -1,0 +1,102 @@
+//! From command-line arguments to a plan.
+
+use crate::args::SceneArgs;
+use crate::{report, terminal};
+use penombre::Plan;
+use penombre_scene::load::{LoadOptions, Loaded, load};
+use penombre_scene::{Diagnostics, Node, Role, SceneDescription, Span, Value};
+use std::time::Instant;
+
+/// A loaded scene, ready to run.
+pub struct Prepared {
+    /// The scene as read, the command line's changes included.
+    pub loaded: Loaded,
+    /// What is to be rendered.
+    pub plan: Plan,
+    /// Seconds spent on reading and decoding files.
+    pub load_s: f64,
+    /// Seconds spent on building.
+    pub build_s: f64,
+}
+
+/// Loads and builds. All faults are printed to standard error; `None` if any of them is an error.
+pub fn prepare(args: &SceneArgs, quiet: bool) -> Option<Prepared> {
+    let (loaded, plan, times) = examine(args);
+    report::print(&loaded.diagnostics, &loaded.sources, quiet);
+    let errors = loaded.diagnostics.count(penombre_scene::Severity::Error);
+    if errors > 0 {
+        let plural = if errors == 1 { "" } else { "s" };
+        terminal::err(&format!("{}: {errors} error{plural}, nothing was rendered", args.scene));
+        return None;
+    }
+    plan.map(|plan| Prepared { loaded, plan, load_s: times[0], build_s: times[1] })
+}
+
+/// Loads and builds, printing nothing: the faults are in the result. The times are those of loading and building.
+pub fn examine(args: &SceneArgs) -> (Loaded, Option<Plan>, [f64; 2]) {
+    let begin = Instant::now();
+    let options = LoadOptions { asset_roots: args.asset_root.clone(), sets: args.set.clone() };
+    let mut loaded = load(&args.scene, &options);
+    let load_s = begin.elapsed().as_secs_f64();
+    let begin = Instant::now();
+    apply(args, &mut loaded.description, &mut loaded.diagnostics);
+    let broken = loaded.diagnostics.has_errors();
+    let plan = Plan::new(&loaded.description, &loaded.assets, &mut loaded.diagnostics);
+    (loaded, plan.filter(|_| !broken), [load_s, begin.elapsed().as_secs_f64()])
+}
+
+/// Writes the options that stand for scene parameters into the description.
+fn apply(args: &SceneArgs, description: &mut SceneDescription, out: &mut Diagnostics) {
+    let mut render = |name: &str, value: Value| node(description, Role::Render, "").set(name, value);
+    if let Some([w, h]) = args.size {
+        render("size", [i64::from(w), i64::from(h)].into());
+    }
+    if let Some(spp) = args.spp {
+        render("spp", i64::from(spp).into());
+    }
+    if let Some(seed) = args.seed {
+        render("seed", (seed as i64).into());
+    }
+    if let Some(name) = &args.integrator {
+        render("integrator", name.as_str().into());
+    }
+    if let Some(depth) = args.max_depth {
+        render("max_depth", i64::from(depth).into());
+    }
+    if args.disable_pixel_jitter {
+        render("pixel_jitter", false.into());
+    }
+    if let Some(wanted) = &args.camera {
+        choose_camera(wanted, description, out);
+    }
+    let mut classic = |name: &str, value: Value| node(description, Role::Integrator, "classic").set(name, value);
+    if let Some(phase) = args.phase {
+        classic("phase", i64::from(phase).into());
+    }
+    if args.hard_shadows {
+        classic("hard_shadows", true.into());
+    }
+}
+
+/// The node of that role and name, made if it is not there.
+fn node<'a>(description: &'a mut SceneDescription, role: Role, name: &str) -> &'a mut Node {
+    let id = description.find(role, name).unwrap_or_else(|| {
+        let type_name = if name.is_empty() { role.name() } else { name };
+        description.add(Node::new(role, type_name, name))
+    });
+    description.node_mut(id)
+}
+
+/// `--camera`: a name, or a number from 0.
+fn choose_camera(wanted: &str, description: &mut SceneDescription, out: &mut Diagnostics) {
+    let names: Vec<String> = description.of_role(Role::Camera).map(|(_, n)| n.name.clone()).collect();
+    let by_number = wanted.parse::<usize>().ok().and_then(|i| names.get(i));
+    match names.iter().find(|n| *n == wanted).or(by_number) {
+        Some(name) => node(description, Role::Render, "").set("camera", name.as_str().into()),
+        None => {
+            let message = format!("`--camera {wanted}`: the scene has no such camera");
+            let known = if names.is_empty() { "none".to_owned() } else { names.join(", ") };
+            out.error("scene::camera", Span::NONE, message).help = format!("cameras of the scene: {known}");
+        }
+    }
+}

@@ -1,0 +1,186 @@
+//! One module per file format, and what they share: a cursor over bytes with places for messages, size checks,
+//! and tables from integers to linear light.
+
+pub mod exr;
+pub mod hdr;
+pub mod jpeg;
+pub mod pfm;
+pub mod png;
+pub mod pnm;
+
+use crate::error::ImageErrorKind;
+use crate::format::Format;
+use crate::image::Image;
+use crate::io::{ColorSpace, Decoded, MAX_PIXELS};
+use penombre_math::color::srgb_decode;
+
+pub type Result<T> = std::result::Result<T, ImageErrorKind>;
+
+/// A place in the bytes of a file.
+pub struct Source<'a> {
+    pub format: Format,
+    pub bytes: &'a [u8],
+    pub at: usize,
+}
+
+impl<'a> Source<'a> {
+    pub fn new(format: Format, bytes: &'a [u8]) -> Self {
+        Self { format, bytes, at: 0 }
+    }
+
+    pub fn rest(&self) -> &'a [u8] {
+        &self.bytes[self.at..]
+    }
+
+    pub fn peek(&self) -> Option<u8> {
+        self.bytes.get(self.at).copied()
+    }
+
+    pub fn byte(&mut self) -> Option<u8> {
+        let byte = self.peek()?;
+        self.at += 1;
+        Some(byte)
+    }
+
+    /// The next `count` bytes, or an error that says how many there are.
+    pub fn take(&mut self, count: usize, what: &str) -> Result<&'a [u8]> {
+        let rest = self.rest();
+        if rest.len() < count {
+            let found = format!("{} more bytes before the end of the file", rest.len());
+            return Err(self.fault(found, format!("{count} bytes of {what}")));
+        }
+        self.at += count;
+        Ok(&rest[..count])
+    }
+
+    /// The next line without its line feed; `None` at the end of the file. Lines over `limit` bytes are cut there.
+    pub fn line(&mut self, limit: usize) -> Option<&'a [u8]> {
+        let rest = self.rest();
+        if rest.is_empty() {
+            return None;
+        }
+        let length = rest.iter().take(limit).position(|b| *b == b'\n');
+        let line = &rest[..length.unwrap_or(rest.len().min(limit))];
+        self.at += line.len() + usize::from(length.is_some());
+        Some(line)
+    }
+
+    /// A fault at the present place.
+    pub fn fault(&self, found: impl Into<String>, expected: impl Into<String>) -> ImageErrorKind {
+        ImageErrorKind::Malformed {
+            format: self.format,
+            offset: self.at as u64,
+            found: found.into(),
+            expected: expected.into(),
+        }
+    }
+
+    pub fn unsupported(&self, found: impl Into<String>, expected: impl Into<String>) -> ImageErrorKind {
+        ImageErrorKind::Unsupported {
+            format: self.format,
+            offset: self.at as u64,
+            found: found.into(),
+            expected: expected.into(),
+        }
+    }
+
+    /// Refuses sizes of zero, sizes beyond [`MAX_PIXELS`], and more pixels than the file can hold at
+    /// `pixels_per_byte`, the best that any encoder of the format can do.
+    pub fn check_size(&self, width: u64, height: u64, pixels_per_byte: u64) -> Result<(u32, u32)> {
+        if width == 0 || height == 0 {
+            return Err(self.fault(format!("a size of {width} × {height} pixels"), "at least one pixel"));
+        }
+        let bytes = self.bytes.len() as u64;
+        let limit = MAX_PIXELS.min(bytes.saturating_mul(pixels_per_byte));
+        let side = |n: u64| u32::try_from(n).ok();
+        match (width.checked_mul(height), side(width), side(height)) {
+            (Some(pixels), Some(w), Some(h)) if pixels <= limit => Ok((w, h)),
+            _ => Err(ImageErrorKind::TooLarge { format: self.format, width, height, bytes, limit }),
+        }
+    }
+}
+
+/// Room for the samples of an image that has passed [`Source::check_size`].
+pub fn room(width: u32, height: u32, channels: u32) -> Result<Vec<f32>> {
+    let mut samples = Vec::new();
+    let length = width as usize * height as usize * channels as usize;
+    match samples.try_reserve_exact(length) {
+        Ok(()) => Ok(samples),
+        Err(_) => Err(ImageErrorKind::OutOfMemory { width: width.into(), height: height.into() }),
+    }
+}
+
+/// The samples as an image; the caller has made them fit.
+pub fn finish(format: Format, size: (u32, u32), channels: u32, samples: Vec<f32>, was_srgb: bool) -> Decoded {
+    let image = Image::from_data(size.0, size.1, channels, samples)
+        .expect("the decoder has made as many samples as the size says");
+    Decoded { image, was_srgb, format, metadata: Vec::new() }
+}
+
+/// How the colour samples of a file become linear. Alpha is always linear.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Transfer {
+    Linear,
+    Srgb,
+    /// Power law: linear = encoded ^ exponent.
+    Power(f32),
+}
+
+impl Transfer {
+    /// The transfer of a format whose own one is `auto`.
+    pub fn of(space: ColorSpace, auto: Self) -> Self {
+        match space {
+            ColorSpace::Auto => auto,
+            ColorSpace::Linear => Self::Linear,
+            ColorSpace::Srgb => Self::Srgb,
+        }
+    }
+
+    pub fn apply(self, encoded: f32) -> f32 {
+        match self {
+            Self::Linear => encoded,
+            Self::Srgb => srgb_decode(encoded),
+            Self::Power(exponent) => penombre_math::float::pow(encoded, exponent),
+        }
+    }
+
+    /// Linear values of the integers 0 to `max`.
+    pub fn table(self, max: u16) -> Vec<f32> {
+        (0..=max).map(|code| self.apply(f32::from(code) / f32::from(max))).collect()
+    }
+
+    /// Makes float samples linear in place.
+    pub fn apply_to_colors(self, samples: &mut [f32], channels: u32) {
+        if self == Self::Linear {
+            return;
+        }
+        let colors = if channels >= 3 { 3 } else { 1 };
+        for pixel in samples.chunks_exact_mut(channels as usize) {
+            for sample in &mut pixel[..colors] {
+                *sample = self.apply(*sample);
+            }
+        }
+    }
+}
+
+/// Integer samples, interleaved, as linear floats.
+pub fn linearise(
+    codes: impl Iterator<Item = u16>,
+    max: u16,
+    channels: u32,
+    transfer: Transfer,
+    samples: &mut Vec<f32>,
+) {
+    let color = transfer.table(max);
+    let alpha = if channels % 2 == 0 { Transfer::Linear.table(max) } else { Vec::new() };
+    let mut channel = 0;
+    for code in codes {
+        channel += 1;
+        let is_alpha = channel == channels && channels % 2 == 0;
+        let table = if is_alpha { &alpha } else { &color };
+        samples.push(table[usize::from(code)]);
+        if channel == channels {
+            channel = 0;
+        }
+    }
+}

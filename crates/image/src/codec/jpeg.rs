@@ -1,0 +1,115 @@
+//! JPEG: quality 95 out; grey and colour in.
+
+use super::{Result, Source, Transfer, finish, linearise, room};
+use crate::error::ImageErrorKind;
+use crate::format::Format;
+use crate::image::Image;
+use crate::io::{ColorSpace, Decoded, WriteOptions};
+use crate::tone::quantise;
+use ::image::ExtendedColorType;
+use ::image::codecs::jpeg::JpegEncoder;
+use std::io::{Cursor, Write};
+use zune_jpeg::JpegDecoder;
+use zune_jpeg::errors::DecodeErrors;
+use zune_jpeg::zune_core::colorspace::ColorSpace as JpegColors;
+use zune_jpeg::zune_core::options::DecoderOptions;
+
+const QUALITY: u8 = 95;
+
+/// The fewest bits an 8 × 8 block can take leave this many pixels to a byte.
+const PIXELS_PER_BYTE: u64 = 1024;
+
+pub fn encode(image: &Image, options: &WriteOptions, w: &mut dyn Write) -> Result<()> {
+    let unwritable = |reason| ImageErrorKind::NotWritable { format: Format::Jpeg, reason };
+    let bytes = quantise(image, options.tone, options.exposure);
+    let mut file = Vec::new();
+    JpegEncoder::new_with_quality(&mut file, QUALITY)
+        .encode(&bytes, image.width(), image.height(), ExtendedColorType::Rgb8)
+        .map_err(|e| unwritable(e.to_string()))?;
+    // Comments go after the start-of-image mark and the first segment (JFIF wants to be first).
+    let first = file.get(4..6).map_or(0, |l| usize::from(u16::from_be_bytes([l[0], l[1]])) + 4);
+    let (head, tail) = file.split_at(first.min(file.len()));
+    w.write_all(head)?;
+    for (name, text) in &options.metadata {
+        let comment = format!("{name}: {text}");
+        let length = u16::try_from(comment.len() + 2)
+            .map_err(|_| unwritable(format!("the text of \"{name}\" is longer than 65 533 bytes")))?;
+        w.write_all(&[0xff, 0xfe])?;
+        w.write_all(&length.to_be_bytes())?;
+        w.write_all(comment.as_bytes())?;
+    }
+    w.write_all(tail)?;
+    Ok(())
+}
+
+pub fn decode(bytes: &[u8], space: ColorSpace) -> Result<Decoded> {
+    let mut cursor = Cursor::new(bytes);
+    // The portable code path of the decoder: the same bits on every processor.
+    let options = DecoderOptions::default()
+        .set_use_unsafe(false)
+        .set_strict_mode(true)
+        .set_max_width(usize::from(u16::MAX))
+        .set_max_height(usize::from(u16::MAX));
+    let mut decoder = JpegDecoder::new_with_options(&mut cursor, options);
+    let headers = decoder.decode_headers();
+    let info = decoder.info();
+    let grey = decoder.input_colorspace() == Some(JpegColors::Luma);
+    let (Ok(()), Some(info)) = (&headers, info) else {
+        drop(decoder);
+        return Err(fault(&cursor, headers.err().as_ref()));
+    };
+    let source = Source::new(Format::Jpeg, bytes);
+    let (width, height) = source.check_size(info.width.into(), info.height.into(), PIXELS_PER_BYTE)?;
+    require_end(bytes)?;
+    let (out, channels) = if grey { (JpegColors::Luma, 1) } else { (JpegColors::RGB, 3) };
+    decoder.set_options(options.jpeg_set_out_colorspace(out));
+    let mut buffer = vec![0; width as usize * height as usize * channels as usize];
+    if let Err(error) = decoder.decode_into(&mut buffer) {
+        drop(decoder);
+        return Err(fault(&cursor, Some(&error)));
+    }
+    let transfer = Transfer::of(space, Transfer::Srgb);
+    let mut samples = room(width, height, channels)?;
+    linearise(buffer.into_iter().map(u16::from), 255, channels, transfer, &mut samples);
+    Ok(finish(Format::Jpeg, (width, height), channels, samples, transfer != Transfer::Linear))
+}
+
+fn fault(cursor: &Cursor<&[u8]>, error: Option<&DecodeErrors>) -> ImageErrorKind {
+    let at = cursor.position() as usize;
+    let source = Source { format: Format::Jpeg, bytes: cursor.get_ref(), at };
+    let found = match error {
+        Some(DecodeErrors::ExhaustedData | DecodeErrors::IoErrors(_)) | None => {
+            "the end of the file".to_owned()
+        }
+        Some(error) => error.to_string(),
+    };
+    source.fault(found, "valid JPEG data")
+}
+
+/// A file cut off in its picture still decodes, with grey where the rest should be; so the end mark is required.
+fn require_end(bytes: &[u8]) -> Result<()> {
+    let picture = first_scan(bytes).unwrap_or(bytes.len());
+    if bytes[picture..].windows(2).any(|pair| pair == [0xff, 0xd9]) {
+        return Ok(());
+    }
+    let source = Source { format: Format::Jpeg, bytes, at: bytes.len() };
+    Err(source.fault("the end of the file", "more of the picture, then the end mark FF D9"))
+}
+
+/// Where the first start-of-scan mark stands.
+fn first_scan(bytes: &[u8]) -> Option<usize> {
+    let mut at = 2;
+    loop {
+        match *bytes.get(at..at + 2)? {
+            [0xff, 0xda] => return Some(at),
+            // Fill bytes, and marks without a segment.
+            [0xff, 0xff] => at += 1,
+            [0xff, 0x00 | 0x01 | 0xd0..=0xd8] => at += 2,
+            [0xff, _] => {
+                let length = bytes.get(at + 2..at + 4)?;
+                at += 2 + usize::from(u16::from_be_bytes([length[0], length[1]]));
+            }
+            _ => at += 1,
+        }
+    }
+}

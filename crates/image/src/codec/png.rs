@@ -1,0 +1,150 @@
+//! PNG: 8-bit colour out; every depth and colour type in.
+
+use super::{Result, Source, Transfer, finish, linearise, room};
+use crate::error::ImageErrorKind;
+use crate::format::Format;
+use crate::image::Image;
+use crate::io::{ColorSpace, Decoded, WriteOptions};
+use crate::tone::{ToneCurve, quantise};
+use ::png::{BitDepth, ColorType, Decoder, DecodingError, Encoder, EncodingError, Info, Transformations};
+use std::io::{Cursor, Write};
+
+/// Deflate makes at best 1032 bytes of one, and a byte holds up to 8 pixels.
+const PIXELS_PER_BYTE: u64 = 1040 * 8;
+
+/// Longest compressed text that is unpacked, in bytes.
+const MAX_TEXT: usize = 1 << 20;
+
+pub fn encode(image: &Image, options: &WriteOptions, w: &mut dyn Write) -> Result<()> {
+    let bytes = quantise(image, options.tone, options.exposure);
+    encode_bytes(image, &bytes, options, w).map_err(|error| match error {
+        EncodingError::IoError(e) => ImageErrorKind::Io(e),
+        other => ImageErrorKind::NotWritable { format: Format::Png, reason: other.to_string() },
+    })
+}
+
+fn encode_bytes(
+    image: &Image,
+    bytes: &[u8],
+    options: &WriteOptions,
+    w: &mut dyn Write,
+) -> std::result::Result<(), EncodingError> {
+    let mut encoder = Encoder::new(w, image.width(), image.height());
+    encoder.set_color(ColorType::Rgb);
+    encoder.set_depth(BitDepth::Eight);
+    if options.tone == ToneCurve::Srgb {
+        encoder.set_source_srgb(::png::SrgbRenderingIntent::Perceptual);
+    }
+    for (name, text) in &options.metadata {
+        if text.chars().all(|c| u32::from(c) < 256) {
+            encoder.add_text_chunk(name.clone(), text.clone())?;
+        } else {
+            encoder.add_itxt_chunk(name.clone(), text.clone())?;
+        }
+    }
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(bytes)?;
+    writer.finish()
+}
+
+/// What the decoding library says, or what we do.
+enum Fault {
+    Library(DecodingError),
+    Ours(ImageErrorKind),
+}
+
+impl From<DecodingError> for Fault {
+    fn from(error: DecodingError) -> Self {
+        Self::Library(error)
+    }
+}
+
+pub fn decode(bytes: &[u8], space: ColorSpace) -> Result<Decoded> {
+    let mut cursor = Cursor::new(bytes);
+    decode_from(&mut cursor, bytes, space).map_err(|fault| {
+        let at = cursor.position() as usize;
+        let source = Source { format: Format::Png, bytes, at };
+        match fault {
+            Fault::Ours(kind) => kind,
+            Fault::Library(DecodingError::IoError(_)) => {
+                source.fault("the end of the file", "the rest of the picture, up to the IEND chunk")
+            }
+            Fault::Library(error) => source.fault(error.to_string(), "a valid PNG chunk"),
+        }
+    })
+}
+
+fn decode_from(
+    cursor: &mut Cursor<&[u8]>,
+    bytes: &[u8],
+    space: ColorSpace,
+) -> std::result::Result<Decoded, Fault> {
+    let mut decoder = Decoder::new(cursor);
+    decoder.set_ignore_iccp_chunk(true);
+    decoder.set_transformations(Transformations::EXPAND);
+    let header = decoder.read_header_info()?;
+    // The size stands at byte 16, after the signature, length and name of the first chunk.
+    let source = Source { format: Format::Png, bytes, at: 16 };
+    let (width, height) =
+        source.check_size(header.width.into(), header.height.into(), PIXELS_PER_BYTE).map_err(Fault::Ours)?;
+    let mut reader = decoder.read_info()?;
+    let (color, depth) = reader.output_color_type();
+    let channels = color.samples() as u32;
+    let mut samples = room(width, height, channels).map_err(Fault::Ours)?;
+    let out_of_memory =
+        || Fault::Ours(ImageErrorKind::OutOfMemory { width: width.into(), height: height.into() });
+    let length = reader.output_buffer_size().ok_or_else(out_of_memory)?;
+    let mut buffer = Vec::new();
+    buffer.try_reserve_exact(length).map_err(|_| out_of_memory())?;
+    buffer.resize(length, 0);
+    let used = reader.next_frame(&mut buffer)?.buffer_size();
+    reader.finish()?;
+    let transfer = Transfer::of(space, own_transfer(reader.info()));
+    match depth {
+        BitDepth::Sixteen => {
+            let codes = buffer[..used].as_chunks::<2>().0.iter().map(|pair| u16::from_be_bytes(*pair));
+            linearise(codes, u16::MAX, channels, transfer, &mut samples);
+        }
+        _ => {
+            let codes = buffer[..used].iter().map(|b| u16::from(*b));
+            linearise(codes, 255, channels, transfer, &mut samples);
+        }
+    }
+    let was_srgb = transfer != Transfer::Linear;
+    let mut decoded = finish(Format::Png, (width, height), channels, samples, was_srgb);
+    decoded.metadata = texts(reader.info());
+    Ok(decoded)
+}
+
+/// sRGB unless the file states another gamma (and neither that it is sRGB nor a profile).
+fn own_transfer(info: &Info<'_>) -> Transfer {
+    let stated = info.gama_chunk.map(|g| g.into_value());
+    match stated {
+        Some(gamma) if info.srgb.is_none() && gamma > 0.0 => {
+            // 0.45455 is what programs write for sRGB.
+            if (gamma - 0.45455).abs() < 0.005 {
+                Transfer::Srgb
+            } else if (gamma - 1.0).abs() < 1e-4 {
+                Transfer::Linear
+            } else {
+                Transfer::Power(1.0 / gamma)
+            }
+        }
+        _ => Transfer::Srgb,
+    }
+}
+
+fn texts(info: &Info<'_>) -> Vec<(String, String)> {
+    let plain = info.uncompressed_latin1_text.iter().map(|t| (t.keyword.clone(), t.text.clone()));
+    let utf8 = info.utf8_text.iter().filter_map(|t| {
+        let mut t = t.clone();
+        t.decompress_text_with_limit(MAX_TEXT).ok()?;
+        Some((t.keyword.clone(), t.get_text().ok()?))
+    });
+    let packed = info.compressed_latin1_text.iter().filter_map(|t| {
+        let mut t = t.clone();
+        t.decompress_text_with_limit(MAX_TEXT).ok()?;
+        Some((t.keyword.clone(), t.get_text().ok()?))
+    });
+    plain.chain(utf8).chain(packed).collect()
+}

@@ -1,0 +1,192 @@
+//! Reading and writing image files.
+
+use crate::codec;
+use crate::error::{ImageError, ImageErrorKind};
+use crate::format::Format;
+use crate::image::Image;
+use crate::tone::ToneCurve;
+use std::cell::Cell;
+use std::io::Write;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+
+/// The largest number of pixels an image file may have: 2²⁸, a square of 16 384.
+pub const MAX_PIXELS: u64 = 1 << 28;
+
+/// How [`save`] and [`encode`] write. The default is an sRGB file without metadata.
+#[derive(Clone, Debug, Default)]
+pub struct WriteOptions {
+    /// The tone curve of 8-bit files.
+    pub tone: ToneCurve,
+    /// Exposure of 8-bit files in stops (EV): values are multiplied by 2^exposure before the tone curve.
+    pub exposure: f32,
+    /// Names and texts to keep in the file: text chunks in PNG, comments in JPEG and Radiance, string attributes in
+    /// OpenEXR. Netpbm and PFM have no place for them.
+    pub metadata: Vec<(String, String)>,
+    /// Write `.ppm` exactly as the course program does: P3, all pixels on one line, truncated instead of rounded, no
+    /// tone curve; but values below 0 and NaN are written as 0, where that program would write a negative
+    /// number that no reader accepts.
+    pub course_ppm: bool,
+}
+
+/// What the numbers of a file mean.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum ColorSpace {
+    /// What the format says: integers are sRGB (or the gamma a PNG states), floats are linear.
+    #[default]
+    Auto,
+    /// Numbers taken as they are, integers divided by their maximum: normal maps, roughness, masks.
+    Linear,
+    /// sRGB-encoded whatever the format says; alpha is never encoded.
+    Srgb,
+}
+
+/// A decoded file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Decoded {
+    /// The pixels in linear light; with 2 or 4 channels if the file has alpha.
+    pub image: Image,
+    /// Whether the numbers in the file were display values, which decoding has made linear.
+    pub was_srgb: bool,
+    /// The format of the file.
+    pub format: Format,
+    /// Names and texts in the file (PNG text chunks, OpenEXR string attributes), in file order.
+    pub metadata: Vec<(String, String)>,
+}
+
+/// Writes `image` to a file, in the format of the extension. The file appears whole or not at all.
+///
+/// # Errors
+///
+/// Unknown extension, an image the format cannot hold (no pixels, for example), or a failure of the file system.
+pub fn save(path: &Path, image: &Image, options: &WriteOptions) -> Result<(), ImageError> {
+    let format = Format::from_path(path)?;
+    let mut bytes = Vec::new();
+    encode(format, image, options, &mut bytes).map_err(|kind| ImageError::new(path, kind))?;
+    penombre_sys::write_atomic(path, |w| w.write_all(&bytes))
+        .map_err(|e| ImageError::new(path, ImageErrorKind::Io(e)))
+}
+
+/// Writes `image` in `format` to `w`. The same input gives the same bytes.
+///
+/// # Errors
+///
+/// An image the format cannot hold, or a failure of `w`.
+pub fn encode(
+    format: Format,
+    image: &Image,
+    options: &WriteOptions,
+    w: &mut dyn Write,
+) -> Result<(), ImageErrorKind> {
+    if image.pixel_count() == 0 {
+        let reason = format!("an image of {} × {} pixels cannot be written", image.width(), image.height());
+        return Err(ImageErrorKind::NotWritable { format, reason });
+    }
+    match format {
+        Format::Png => codec::png::encode(image, options, w),
+        Format::Jpeg => codec::jpeg::encode(image, options, w),
+        Format::Ppm => codec::pnm::encode_ppm(image, options, w),
+        Format::Pgm => codec::pnm::encode_pgm(image, options, w),
+        Format::Pfm => codec::pfm::encode(image, w),
+        Format::Exr => codec::exr::encode(image, options, w),
+        Format::Hdr => codec::hdr::encode(image, options, w),
+    }
+}
+
+/// Reads an image file, as [`decode`] does with [`ColorSpace::Auto`].
+///
+/// # Errors
+///
+/// A failure of the file system, or what [`decode`] finds wrong.
+pub fn load(path: &Path) -> Result<Image, ImageError> {
+    let bytes = std::fs::read(path).map_err(|e| ImageError::new(path, ImageErrorKind::Io(e)))?;
+    decode(&bytes, path, ColorSpace::Auto).map(|d| d.image)
+}
+
+/// Decodes the bytes of an image file, whose format is told by the first of them; `name` is for messages only.
+///
+/// Sizes are checked against [`MAX_PIXELS`] and against what so many bytes can hold before memory is taken.
+///
+/// # Errors
+///
+/// What is wrong with the file, and where.
+pub fn decode(bytes: &[u8], name: &Path, space: ColorSpace) -> Result<Decoded, ImageError> {
+    let fail = |kind| ImageError::new(name, kind);
+    let Some(format) = Format::from_content(bytes) else {
+        return Err(fail(ImageErrorKind::UnknownContent { found: readable(bytes) }));
+    };
+    let decoded = contain_panic(|| match format {
+        Format::Png => codec::png::decode(bytes, space),
+        Format::Jpeg => codec::jpeg::decode(bytes, space),
+        Format::Ppm | Format::Pgm => codec::pnm::decode(bytes, space),
+        Format::Pfm => codec::pfm::decode(bytes, space),
+        Format::Exr => codec::exr::decode(bytes, space),
+        Format::Hdr => codec::hdr::decode(bytes, space),
+    });
+    let broken = || ImageErrorKind::Malformed {
+        format,
+        offset: 0,
+        found: "content its decoder cannot handle".to_owned(),
+        expected: format!("a valid {format} file"),
+    };
+    decoded.unwrap_or_else(|| Err(broken())).map_err(fail)
+}
+
+/// The first bytes of a file for a message.
+fn readable(bytes: &[u8]) -> String {
+    match bytes {
+        [] => "an empty file".to_owned(),
+        _ => format!("\"{}\"", bytes[..bytes.len().min(8)].escape_ascii()),
+    }
+}
+
+thread_local! {
+    static CONTAINED: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Whether this thread is inside a decoder whose panic would be caught and turned into an error: a program's panic hook
+/// stays silent then.
+#[must_use]
+pub fn panic_is_contained() -> bool {
+    CONTAINED.get()
+}
+
+/// Runs third-party decoding code; `None` if it panicked.
+fn contain_panic<T>(run: impl FnOnce() -> T) -> Option<T> {
+    let before = CONTAINED.replace(true);
+    let result = catch_unwind(AssertUnwindSafe(run));
+    CONTAINED.set(before);
+    result.ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn panics_of_decoders_are_caught_and_marked() {
+        assert_eq!(contain_panic(|| panic_is_contained()), Some(true));
+        assert!(!panic_is_contained());
+        assert_eq!(contain_panic(|| -> u8 { panic!("expected in this test") }), None);
+        assert!(!panic_is_contained());
+    }
+
+    #[test]
+    fn foreign_bytes_are_named() {
+        let error = decode(b"hello, world", Path::new("a.png"), ColorSpace::Auto).unwrap_err();
+        let text = error.to_string();
+        assert!(text.contains("a.png") && text.contains("hello, w") && text.contains("PNG"), "{text}");
+        let empty = decode(b"", Path::new("e"), ColorSpace::Auto).unwrap_err().to_string();
+        assert!(empty.contains("empty"), "{empty}");
+        let missing = load(Path::new("no/such/file.png")).unwrap_err();
+        assert!(matches!(missing.kind, ImageErrorKind::Io(_)));
+    }
+
+    #[test]
+    fn images_without_pixels_are_not_written() {
+        for format in [Format::Png, Format::Jpeg, Format::Ppm, Format::Pfm, Format::Exr, Format::Hdr] {
+            let result = encode(format, &Image::new(0, 3, 3), &WriteOptions::default(), &mut Vec::new());
+            assert!(matches!(result, Err(ImageErrorKind::NotWritable { .. })), "{format}");
+        }
+    }
+}

@@ -1,0 +1,23 @@
+//! Pixels, image files and image metrics.
+//!
+//! An [`Image`] holds linear light in `f32`. [`load`] and [`save`] go between images and files, [`ToneCurve`] and
+//! [`quantise`] between linear light and 8-bit values, and [`metrics`] says how far apart two images are.
+//! Readers take hostile files: whatever the bytes, they answer with an image or an [`ImageError`], and
+//! check sizes before they allocate.
+#![forbid(unsafe_code)]
+
+mod codec;
+mod error;
+mod format;
+mod heatmap;
+mod image;
+mod io;
+pub mod metrics;
+mod tone;
+
+pub use error::{ImageError, ImageErrorKind, ShapeError};
+pub use format::Format;
+pub use heatmap::heatmap;
+pub use image::Image;
+pub use io::{ColorSpace, Decoded, MAX_PIXELS, WriteOptions, decode, encode, load, panic_is_contained, save};
+pub use tone::{ToneCurve, UnknownName, quantise};

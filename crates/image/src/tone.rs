@@ -1,0 +1,135 @@
+//! From linear light to display values.
+
+use crate::image::Image;
+use penombre_math::color::srgb_encode;
+use penombre_math::float;
+use std::fmt;
+use std::str::FromStr;
+
+/// How linear light becomes the values of an 8-bit file. Both curves cut at 0 and 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
+pub enum ToneCurve {
+    /// The linear value itself, as the course program writes it.
+    Raw,
+    /// The sRGB transfer curve (IEC 61966-2-1): what screens expect.
+    #[default]
+    Srgb,
+}
+
+impl ToneCurve {
+    /// The names of all curves, as [`FromStr`] takes them.
+    pub const NAMES: &'static [&'static str] = &["raw", "srgb"];
+
+    /// Display value, 0 to 1, of a linear one. NaN gives 0.
+    #[must_use]
+    pub fn apply(self, linear: f32) -> f32 {
+        // `max` first: it gives 0 for NaN, which `clamp` would keep.
+        let cut = linear.max(0.0).min(1.0);
+        match self {
+            Self::Raw => cut,
+            Self::Srgb => srgb_encode(cut).min(1.0),
+        }
+    }
+}
+
+impl fmt::Display for ToneCurve {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(Self::NAMES[*self as usize])
+    }
+}
+
+impl FromStr for ToneCurve {
+    type Err = UnknownName;
+
+    fn from_str(name: &str) -> Result<Self, UnknownName> {
+        match name {
+            "raw" => Ok(Self::Raw),
+            "srgb" => Ok(Self::Srgb),
+            _ => Err(UnknownName { found: name.to_owned(), expected: Self::NAMES }),
+        }
+    }
+}
+
+/// A name that is none of a closed list.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("found \"{found}\", expected one of {}", expected.join(", "))]
+pub struct UnknownName {
+    /// The name given.
+    pub found: String,
+    /// The names there are.
+    pub expected: &'static [&'static str],
+}
+
+/// 8-bit red, green and blue of all pixels, top row first: `round(255 · curve(2^exposure · c))`, limited to 0…255;
+/// NaN gives 0. `exposure` is in stops (EV).
+#[must_use]
+pub fn quantise(image: &Image, tone: ToneCurve, exposure: f32) -> Vec<u8> {
+    let gain = float::exp2(exposure);
+    let byte = |c: f32| (255.0 * tone.apply(gain * c)).round() as u8;
+    image.rgb_pixels().flatten().map(byte).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn one(value: f32, tone: ToneCurve, exposure: f32) -> u8 {
+        let image = Image::from_data(1, 1, 1, vec![value]).unwrap();
+        let bytes = quantise(&image, tone, exposure);
+        assert_eq!([bytes[0]; 3], bytes[..]);
+        bytes[0]
+    }
+
+    #[test]
+    fn raw_rounds_and_cuts() {
+        let cases = [
+            (f32::NAN, 0),
+            (f32::NEG_INFINITY, 0),
+            (-0.5, 0),
+            (0.0, 0),
+            (0.4999 / 255.0, 0),
+            (0.5001 / 255.0, 1),
+            (0.5, 128),
+            (254.4 / 255.0, 254),
+            (1.0, 255),
+            (7.0, 255),
+            (f32::INFINITY, 255),
+        ];
+        for (value, byte) in cases {
+            assert_eq!(one(value, ToneCurve::Raw, 0.0), byte, "{value}");
+        }
+        // Every byte comes back from its own value.
+        for byte in 0..=255u8 {
+            assert_eq!(one(f32::from(byte) / 255.0, ToneCurve::Raw, 0.0), byte);
+        }
+    }
+
+    #[test]
+    fn srgb_values_are_those_of_the_standard() {
+        // Linear 18 % grey is 0.4614 in sRGB, 50 % is 0.7354; the linear toe has slope 12.92.
+        let cases =
+            [(0.18, 118), (0.5, 188), (0.001, 3), (0.0, 0), (1.0, 255), (2.0, 255), (-1.0, 0), (f32::NAN, 0)];
+        for (value, byte) in cases {
+            assert_eq!(one(value, ToneCurve::Srgb, 0.0), byte, "{value}");
+        }
+        for byte in 0..=255u8 {
+            let linear = penombre_math::color::srgb_decode_u8(byte);
+            assert_eq!(one(linear, ToneCurve::Srgb, 0.0), byte);
+        }
+    }
+
+    #[test]
+    fn exposure_is_in_stops() {
+        assert_eq!(one(0.25, ToneCurve::Raw, 1.0), one(0.5, ToneCurve::Raw, 0.0));
+        assert_eq!(one(0.25, ToneCurve::Srgb, -2.0), one(0.0625, ToneCurve::Srgb, 0.0));
+    }
+
+    #[test]
+    fn names_go_both_ways() {
+        for name in ToneCurve::NAMES {
+            assert_eq!(name.parse::<ToneCurve>().unwrap().to_string(), *name);
+        }
+        let message = "SRGB".parse::<ToneCurve>().unwrap_err().to_string();
+        assert!(message.contains("SRGB") && message.contains("raw, srgb"), "{message}");
+    }
+}

@@ -1,0 +1,168 @@
+//! Film: sums of samples per pixel.
+//!
+//! A sample adds to the one pixel that it was drawn for (box filter). Samples are summed in double precision, in
+//! order within chunks of [`SAMPLE_CHUNK`] samples, and the chunks of a pixel are added in order: the sums are the
+//! same whoever computed which chunk when.
+
+use penombre_image::Image;
+use penombre_math::Spectrum;
+use std::collections::BTreeMap;
+
+/// Samples per pixel that are summed at a time; chunk boundaries lie at its multiples.
+pub const SAMPLE_CHUNK: u32 = 16;
+
+/// A rectangle of pixels; `x1` and `y1` lie outside.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Tile {
+    /// First column.
+    pub x0: u32,
+    /// First row, counted from the top.
+    pub y0: u32,
+    /// Column after the last.
+    pub x1: u32,
+    /// Row after the last.
+    pub y1: u32,
+}
+
+impl Tile {
+    /// Number of pixels.
+    pub fn pixels(&self) -> usize {
+        (self.x1 - self.x0) as usize * (self.y1 - self.y0) as usize
+    }
+
+    /// The pixels row by row.
+    pub fn iter(&self) -> impl Iterator<Item = [u32; 2]> + use<> {
+        let t = *self;
+        (t.y0..t.y1).flat_map(move |y| (t.x0..t.x1).map(move |x| [x, y]))
+    }
+}
+
+/// The sum of some samples of one pixel.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct PixelSum {
+    /// Sums of linear red, green and blue.
+    pub rgb: [f64; 3],
+    /// Samples in the sums; dropped ones left out.
+    pub count: u32,
+}
+
+impl PixelSum {
+    /// Adds one sample; the caller has seen that it is finite.
+    pub fn add(&mut self, sample: Spectrum) {
+        for (sum, value) in self.rgb.iter_mut().zip(sample.to_rgb()) {
+            *sum += f64::from(value);
+        }
+        self.count += 1;
+    }
+
+    fn add_sum(&mut self, other: &Self) {
+        for (sum, value) in self.rgb.iter_mut().zip(other.rgb) {
+            *sum += value;
+        }
+        self.count += other.count;
+    }
+}
+
+/// The sums of an image, built up from the sums of tiles and chunks in any order of arrival.
+#[derive(Debug)]
+pub struct Film {
+    width: u32,
+    height: u32,
+    sums: Vec<PixelSum>,
+    tiles: Vec<TileState>,
+}
+
+#[derive(Debug, Default)]
+struct TileState {
+    /// First sample that is not in the sums.
+    next_sample: u32,
+    /// Chunks that wait for an earlier one, by first sample: samples in it and sums per pixel.
+    early: BTreeMap<u32, (Tile, u32, Vec<PixelSum>)>,
+}
+
+impl TileState {
+    /// The sums of the next chunk in order, if it has come.
+    fn take_next(&mut self) -> Option<(Tile, Vec<PixelSum>)> {
+        let (tile, count, sums) = self.early.remove(&self.next_sample)?;
+        self.next_sample += count;
+        Some((tile, sums))
+    }
+}
+
+impl Film {
+    /// A film without samples, of so many pixels, whose chunks come in so many tiles.
+    pub fn new(width: u32, height: u32, tiles: usize) -> Self {
+        let mut states = Vec::new();
+        states.resize_with(tiles, TileState::default);
+        Self { width, height, sums: vec![PixelSum::default(); width as usize * height as usize], tiles: states }
+    }
+
+    /// Adds the sums of one chunk of one tile: of the samples `first_sample` up to `first_sample + count`. Chunks
+    /// that come before an earlier one of the same tile are kept until that has come; repeated ones are left out.
+    pub fn merge(&mut self, index: usize, tile: Tile, first_sample: u32, count: u32, sums: Vec<PixelSum>) {
+        let state = &mut self.tiles[index];
+        if first_sample >= state.next_sample {
+            state.early.insert(first_sample, (tile, count, sums));
+        }
+        while let Some((tile, sums)) = self.tiles[index].take_next() {
+            self.fold(tile, &sums);
+        }
+    }
+
+    fn fold(&mut self, tile: Tile, sums: &[PixelSum]) {
+        for ([x, y], sum) in tile.iter().zip(sums) {
+            self.sums[y as usize * self.width as usize + x as usize].add_sum(sum);
+        }
+    }
+
+    /// Samples in the film.
+    pub fn samples(&self) -> u64 {
+        self.sums.iter().map(|s| u64::from(s.count)).sum()
+    }
+
+    /// The image so far: the mean of each pixel's samples, black where there are none.
+    pub fn develop(&self) -> Image {
+        let mean = |s: &PixelSum| s.rgb.map(|v| if s.count == 0 { 0.0 } else { (v / f64::from(s.count)) as f32 });
+        let data = self.sums.iter().flat_map(mean).collect();
+        Image::from_data(self.width, self.height, 3, data).expect("three values per pixel")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TILE: Tile = Tile { x0: 0, y0: 0, x1: 2, y1: 1 };
+
+    fn sums(value: f64, count: u32) -> Vec<PixelSum> {
+        vec![PixelSum { rgb: [value; 3], count }; 2]
+    }
+
+    #[test]
+    fn chunks_fold_in_order_whatever_the_order_of_arrival() {
+        // 1e16 + 1 − 1e16 shows the order of sums in its result.
+        let chunks = [(0, 1e16), (16, 1.0), (32, -1e16)];
+        let arrive = |order: [usize; 3]| {
+            let mut film = Film::new(2, 1, 1);
+            for i in order {
+                film.merge(0, TILE, chunks[i].0, 16, sums(chunks[i].1, 16));
+            }
+            film.develop().rgb(1, 0)[0]
+        };
+        let expected = arrive([0, 1, 2]);
+        for order in [[0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]] {
+            assert_eq!(arrive(order).to_bits(), expected.to_bits());
+        }
+    }
+
+    #[test]
+    fn repeated_chunks_count_once_and_empty_pixels_are_black() {
+        let mut film = Film::new(2, 2, 1);
+        film.merge(0, TILE, 0, 16, sums(32.0, 16));
+        film.merge(0, TILE, 0, 16, sums(32.0, 16));
+        assert_eq!(film.samples(), 32);
+        let image = film.develop();
+        assert_eq!(image.rgb(0, 0), [2.0; 3]);
+        assert_eq!(image.rgb(0, 1), [0.0; 3]);
+    }
+}

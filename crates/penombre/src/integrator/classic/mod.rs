@@ -1,0 +1,243 @@
+//! `classic`: the ray tracer of the course.
+//!
+//! Phase 1 gives the diffuse colour of the nearest hit. Phase 2 shades every object by Phong's model with shadows.
+//! In phase 3 objects of type `mirror` reflect instead, in phase 4 objects of type `glass` reflect and refract
+//! instead. A ray that hits nothing is black.
+//!
+//! ```toml
+//! [integrator.classic]
+//! phase = 4
+//! hard_shadows = false    # true: area lights act as points at their centre
+//! ambient = [0, 0, 0]     # the scene's ambient light
+//! max_bounces = 10        # mirror and glass; black beyond
+//! ```
+
+pub mod optics;
+
+use super::wavefront::Batched;
+use super::{AnyIntegrator, Integrator, PathPlace, Step};
+use crate::material::{PhongView, Specular};
+use crate::registry::Context;
+use crate::sampler::{Dimension, Sampler};
+use crate::scene::{Scene, SurfacePoint};
+use optics::Refraction;
+use penombre_bvh::Ray;
+use penombre_math::{Spectrum, Vec3, float};
+use penombre_scene::params::Params;
+use penombre_scene::{Kind, Node, ParamDefault, ParamSpec, Range, Role};
+
+/// A shadow ray ends this share of its length before the light, so that a light that lies in a surface is not
+/// hidden by that surface's rounding.
+const LIGHT_SLACK: f32 = 1e-5;
+
+/// The course's integrator.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Classic {
+    phase: u8,
+    hard_shadows: bool,
+    ambient: Spectrum,
+    max_bounces: u32,
+    /// False if paths may have one segment only: then no light is asked for.
+    lights: bool,
+}
+
+/// What a path of the course's ray tree remembers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ClassicPath {
+    weight: Spectrum,
+    node: u32,
+    depth: u32,
+    refracted: bool,
+}
+
+impl Classic {
+    /// Its name in scene files.
+    pub const NAME: &'static str = "classic";
+
+    /// The parameters of `[integrator.classic]`.
+    pub const SCHEMA: &'static [ParamSpec] = &[
+        ParamSpec::with_default(
+            "phase",
+            Kind::Int(Range::closed(1.0, 4.0)),
+            ParamDefault::Int(4),
+            "1 flat colour, 2 Phong and shadows, 3 and mirrors, 4 and glass.",
+        ),
+        ParamSpec::with_default(
+            "hard_shadows",
+            Kind::Bool,
+            ParamDefault::Bool(false),
+            "Area lights act as points at their centre.",
+        ),
+        ParamSpec::with_default(
+            "ambient",
+            Kind::Color(Range::NON_NEGATIVE),
+            ParamDefault::Color([0.0; 3]),
+            "The scene's ambient light.",
+        ),
+        ParamSpec::with_default(
+            "max_bounces",
+            Kind::Int(Range::closed(0.0, 20.0)),
+            ParamDefault::Int(10),
+            "Most reflections and refractions in a row.",
+        ),
+    ];
+
+    /// Decodes the `[integrator.classic]` node, or takes the defaults if there is none. `max_depth` limits the
+    /// path segments between camera and light: a bounce and the way to the light take one each.
+    pub fn build(context: &mut Context<'_, '_>, max_depth: u32) -> Box<dyn AnyIntegrator> {
+        let default = Node::new(Role::Integrator, Self::NAME, Self::NAME);
+        let found = context.description.find(Role::Integrator, Self::NAME);
+        let node = found.map_or(&default, |id| context.description.node(id));
+        let p: Params = context.decode(node, Self::SCHEMA);
+        let classic = Self {
+            phase: p.int("phase") as u8,
+            hard_shadows: p.bool("hard_shadows"),
+            ambient: Spectrum::from_rgb(p.color("ambient")),
+            max_bounces: (p.int("max_bounces") as u32).min(max_depth.saturating_sub(2)),
+            lights: max_depth >= 2,
+        };
+        Box::new(Batched(classic, Self::NAME))
+    }
+
+    /// Adds the light of one point by Phong's model.
+    fn shade(
+        &self,
+        scene: &Scene,
+        path: &ClassicPath,
+        at: &SurfacePoint,
+        view: &PhongView,
+        sampler: &Sampler,
+        out: &mut Step<'_, ClassicPath>,
+    ) {
+        let ambient = path.weight * view.ambient * self.ambient;
+        if !ambient.is_black() {
+            out.add(ambient);
+        }
+        if !self.lights {
+            return;
+        }
+        let normal = at.facing_normal();
+        for (index, light) in scene.lights().iter().enumerate() {
+            let light = &light.value;
+            let center = light.center();
+            let to_light = (center - at.p).normalize_or_zero();
+            let reflectance = phong(view, normal, at.wo, to_light);
+            let radiance = path.weight * light.classic_color() * reflectance;
+            if radiance.is_black() {
+                continue;
+            }
+            match light.shadow_samples() {
+                n if n > 0 && !self.hard_shadows => {
+                    let points = sampler.series(Dimension::of_node(path.node, index as u32), n);
+                    let rays = (0..n).map(|i| shadow_ray(at, light.sample_point(points.get(i))));
+                    out.add_if_visible(radiance, rays);
+                }
+                _ => out.add_if_visible(radiance, [shadow_ray(at, center)]),
+            }
+        }
+    }
+
+    /// Follows the reflected ray with a share of the path's weight.
+    fn reflect(&self, path: &ClassicPath, at: &SurfacePoint, share: f32, out: &mut Step<'_, ClassicPath>) {
+        let ng = at.facing_geometric_normal();
+        let dir = optics::reflect(at.wo, at.facing_normal());
+        // An interpolated normal may send the ray into the surface: then the true normal decides.
+        let dir = if dir.dot(ng) > 0.0 { dir } else { optics::reflect(at.wo, ng) };
+        let next = ClassicPath {
+            weight: path.weight * share,
+            node: path.node * 2,
+            depth: path.depth + 1,
+            refracted: false,
+        };
+        out.follow(next, Ray::new(at.origin_toward(dir), dir, 0.0, f32::INFINITY));
+    }
+
+    /// Reflects and refracts by Fresnel's equations.
+    fn glass(&self, path: &ClassicPath, at: &SurfacePoint, ior: f32, out: &mut Step<'_, ClassicPath>) {
+        let eta = if at.outside() { ior } else { 1.0 / ior };
+        let refraction = optics::refract(at.wo, at.facing_normal(), eta);
+        let (reflectance, refracted) = match refraction {
+            Refraction::Total => (1.0, None),
+            Refraction::Partial { reflectance, dir } => (reflectance, Some(dir)),
+        };
+        if reflectance > 0.0 {
+            self.reflect(path, at, reflectance, out);
+        }
+        if let Some(dir) = refracted.filter(|_| reflectance < 1.0) {
+            let next = ClassicPath {
+                weight: path.weight * (1.0 - reflectance),
+                node: path.node * 2 + 1,
+                depth: path.depth + 1,
+                refracted: true,
+            };
+            out.follow(next, Ray::new(at.origin_toward(dir), dir, 0.0, f32::INFINITY));
+        }
+    }
+}
+
+impl Integrator for Classic {
+    type Path = ClassicPath;
+
+    fn start(&self) -> ClassicPath {
+        ClassicPath { weight: Spectrum::WHITE, node: 1, depth: 0, refracted: false }
+    }
+
+    fn step(
+        &self,
+        scene: &Scene,
+        path: &ClassicPath,
+        at: Option<&SurfacePoint>,
+        sampler: &Sampler,
+        out: &mut Step<'_, ClassicPath>,
+    ) {
+        let Some(at) = at else { return };
+        let view = scene.phong_view(at);
+        if self.phase == 1 {
+            return out.add(path.weight * view.diffuse);
+        }
+        match view.kind {
+            Specular::Mirror if self.phase >= 3 => {
+                if path.depth < self.max_bounces {
+                    self.reflect(path, at, 1.0, out);
+                }
+            }
+            Specular::Glass(ior) if self.phase >= 4 => {
+                if path.depth < self.max_bounces {
+                    self.glass(path, at, ior, out);
+                }
+            }
+            _ => self.shade(scene, path, at, &view, sampler, out),
+        }
+    }
+
+    fn place(&self, path: &ClassicPath) -> PathPlace {
+        let origin = match (path.depth, path.refracted) {
+            (0, _) => "camera",
+            (_, true) => "refraction",
+            (_, false) => "reflection",
+        };
+        PathPlace { depth: path.depth, node: path.node, weight: path.weight, origin }
+    }
+}
+
+/// diffuse·max(0, N·L) + specular·max(0, R·V)^shininess with R = 2(N·L)N − L; nothing where N·L ≤ 0
+/// \[Phong1975\]. All vectors are unit vectors.
+fn phong(view: &PhongView, normal: Vec3, to_viewer: Vec3, to_light: Vec3) -> Spectrum {
+    let cosine = normal.dot(to_light);
+    if cosine <= 0.0 {
+        return Spectrum::BLACK;
+    }
+    let mut sum = view.diffuse * cosine;
+    if !view.specular.is_black() {
+        let mirrored = normal * (2.0 * cosine) - to_light;
+        let highlight = float::pow(mirrored.dot(to_viewer).max(0.0), view.shininess);
+        sum += view.specular * highlight;
+    }
+    sum
+}
+
+/// The ray from a surface to a point of a light. Its parameter runs from 0 at the surface to 1 at the light.
+fn shadow_ray(at: &SurfacePoint, light: Vec3) -> Ray {
+    let origin = at.origin_toward(light - at.p);
+    Ray::new(origin, light - origin, 0.0, 1.0 - LIGHT_SLACK)
+}

@@ -1,0 +1,246 @@
+//! The wavefront executor: many paths, one round of bounces at a time.
+//!
+//! Within a sample, light is added breadth first over its ray tree, in the order in which each step asks for it.
+//! That order does not depend on which samples share a batch, so neither do the bits of the image.
+
+use super::{AnyIntegrator, CameraSample, Integrator, LightRecord, PathRecord, VertexRecord, Worker};
+use crate::scene::Scene;
+use penombre_bvh::{Hit, Ray};
+use penombre_math::Spectrum;
+use std::fmt::Debug;
+
+/// Shadow rays gathered before they are traced: 64 KiB of rays stay in the second-level cache.
+const SHADOW_BATCH: usize = 2048;
+
+/// More paths in flight than this are split by samples, to bound memory where paths branch.
+const MOST_PATHS: usize = 16_384;
+
+/// A path in flight: its state, its ray, the sample that it belongs to.
+#[derive(Clone, Copy, Debug)]
+struct Active<P> {
+    path: P,
+    ray: Ray,
+    sample: u32,
+}
+
+/// Light that waits for its shadow rays.
+#[derive(Clone, Copy, Debug)]
+struct Pending {
+    radiance: Spectrum,
+    sample: u32,
+    /// The next so many shadow rays of the queue decide which share of `radiance` arrives; 0: all of it.
+    shadow_rays: u32,
+    /// Index of the vertex in the record.
+    vertex: u32,
+}
+
+/// What a step may ask for.
+#[derive(Debug)]
+pub struct Step<'a, P> {
+    shadow_rays: &'a mut Vec<Ray>,
+    pending: &'a mut Vec<Pending>,
+    next: &'a mut Vec<Active<P>>,
+    sample: u32,
+    vertex: u32,
+}
+
+impl<P: Copy> Step<'_, P> {
+    /// Adds radiance to the sample.
+    pub fn add(&mut self, radiance: Spectrum) {
+        self.wait_for(radiance, 0);
+    }
+
+    /// Adds the share of `radiance` that arrives: the fraction of the rays that meet nothing.
+    pub fn add_if_visible(&mut self, radiance: Spectrum, rays: impl IntoIterator<Item = Ray>) {
+        let before = self.shadow_rays.len();
+        self.shadow_rays.extend(rays);
+        let count = self.shadow_rays.len() - before;
+        if count > 0 {
+            self.wait_for(radiance, count as u32);
+        }
+    }
+
+    /// Continues the path with a ray. A path may branch.
+    pub fn follow(&mut self, path: P, ray: Ray) {
+        self.next.push(Active { path, ray, sample: self.sample });
+    }
+
+    fn wait_for(&mut self, radiance: Spectrum, shadow_rays: u32) {
+        self.pending.push(Pending { radiance, sample: self.sample, shadow_rays, vertex: self.vertex });
+    }
+}
+
+/// Buffers of one round, kept between rounds.
+#[derive(Debug)]
+struct Wavefront<'a, I: Integrator> {
+    integrator: &'a I,
+    scene: &'a Scene,
+    rays: Vec<Ray>,
+    hits: Vec<Hit>,
+    shadow_rays: Vec<Ray>,
+    blocked: Vec<bool>,
+    pending: Vec<Pending>,
+    traced: u64,
+}
+
+/// Where a round's light goes, and what else wants to know.
+struct Sink<'s> {
+    radiance: &'s mut [Spectrum],
+    record: Option<&'s mut PathRecord>,
+}
+
+impl<I: Integrator> Wavefront<'_, I> {
+    /// Runs the paths to their ends.
+    fn run(
+        &mut self,
+        samples: &[CameraSample],
+        mut active: Vec<Active<I::Path>>,
+        sink: &mut Sink<'_>,
+        stop: &dyn Fn() -> bool,
+    ) {
+        let mut next = Vec::with_capacity(active.len());
+        while !active.is_empty() && !stop() {
+            if active.len() > MOST_PATHS && active[0].sample != active[active.len() - 1].sample {
+                return self.run_halves(samples, active, sink, stop);
+            }
+            self.round(samples, &active, &mut next, sink);
+            std::mem::swap(&mut active, &mut next);
+            next.clear();
+        }
+    }
+
+    /// Splits the paths by samples: those of one sample stay together, so its order of sums stays as it is.
+    fn run_halves(
+        &mut self,
+        samples: &[CameraSample],
+        mut first: Vec<Active<I::Path>>,
+        sink: &mut Sink<'_>,
+        stop: &dyn Fn() -> bool,
+    ) {
+        let middle = first[first.len() / 2].sample.max(first[0].sample + 1);
+        let cut = first.partition_point(|a| a.sample < middle);
+        let second = first.split_off(cut);
+        self.run(samples, first, sink, stop);
+        self.run(samples, second, sink, stop);
+    }
+
+    /// One bounce of all paths.
+    fn round(
+        &mut self,
+        samples: &[CameraSample],
+        active: &[Active<I::Path>],
+        next: &mut Vec<Active<I::Path>>,
+        sink: &mut Sink<'_>,
+    ) {
+        self.rays.clear();
+        self.rays.extend(active.iter().map(|a| a.ray));
+        self.hits.clear();
+        self.hits.resize(active.len(), Hit::MISS);
+        self.scene.closest_batch(&self.rays, &mut self.hits);
+        self.traced += active.len() as u64;
+        for (index, a) in active.iter().enumerate() {
+            let at = self.scene.surface(&a.ray, &self.hits[index]);
+            let mut vertex = 0;
+            if let Some(record) = &mut sink.record {
+                vertex = record.vertices.len() as u32;
+                let place = self.integrator.place(&a.path);
+                record.vertices.push(VertexRecord { place, ray: a.ray, surface: at, lights: Vec::new() });
+            }
+            let mut step = Step {
+                shadow_rays: &mut self.shadow_rays,
+                pending: &mut self.pending,
+                next,
+                sample: a.sample,
+                vertex,
+            };
+            let sampler = &samples[a.sample as usize].sampler;
+            self.integrator.step(self.scene, &a.path, at.as_ref(), sampler, &mut step);
+            if self.shadow_rays.len() >= SHADOW_BATCH {
+                self.gather(sink);
+            }
+        }
+        self.gather(sink);
+    }
+
+    /// Traces the shadow rays and adds the light that arrives, in the order in which it was asked for.
+    fn gather(&mut self, sink: &mut Sink<'_>) {
+        self.blocked.clear();
+        self.blocked.resize(self.shadow_rays.len(), true);
+        self.scene.occluded_batch(&self.shadow_rays, &mut self.blocked);
+        self.traced += self.shadow_rays.len() as u64;
+        let mut answers = self.blocked.iter();
+        for p in self.pending.drain(..) {
+            let open = answers.by_ref().take(p.shadow_rays as usize).filter(|b| !**b).count() as u32;
+            let added = match p.shadow_rays {
+                0 => p.radiance,
+                n if open == n => p.radiance,
+                n => p.radiance * (open as f32 / n as f32),
+            };
+            sink.radiance[p.sample as usize] += added;
+            if let Some(record) = &mut sink.record {
+                record.vertices[p.vertex as usize].lights.push(LightRecord {
+                    unoccluded: p.radiance,
+                    shadow_rays: p.shadow_rays,
+                    visible: open,
+                    added,
+                });
+            }
+        }
+        self.shadow_rays.clear();
+    }
+
+    fn begin(&self, samples: &[CameraSample]) -> Vec<Active<I::Path>> {
+        let start = |(i, s): (usize, &CameraSample)| Active {
+            path: self.integrator.start(),
+            ray: s.ray,
+            sample: i as u32,
+        };
+        samples.iter().enumerate().map(start).collect()
+    }
+}
+
+impl<I: Integrator> Worker for Wavefront<'_, I> {
+    fn trace(&mut self, samples: &[CameraSample], radiance: &mut [Spectrum], stop: &dyn Fn() -> bool) -> u64 {
+        let before = self.traced;
+        radiance.fill(Spectrum::BLACK);
+        let active = self.begin(samples);
+        self.run(samples, active, &mut Sink { radiance, record: None }, stop);
+        self.traced - before
+    }
+
+    fn record(&mut self, sample: &CameraSample) -> PathRecord {
+        let before = self.traced;
+        let mut record = PathRecord::default();
+        let mut radiance = [Spectrum::BLACK];
+        let samples = [*sample];
+        let active = self.begin(&samples);
+        let mut sink = Sink { radiance: &mut radiance, record: Some(&mut record) };
+        self.run(&samples, active, &mut sink, &|| false);
+        record.radiance = radiance[0];
+        record.rays = self.traced - before;
+        record
+    }
+}
+
+/// Forgets an integrator's path type.
+#[derive(Debug)]
+pub struct Batched<I>(pub I, pub &'static str);
+
+impl<I: Integrator + Debug> AnyIntegrator for Batched<I> {
+    fn name(&self) -> &'static str {
+        self.1
+    }
+
+    fn worker<'a>(&'a self, scene: &'a Scene) -> Box<dyn Worker + 'a> {
+        Box::new(Wavefront {
+            integrator: &self.0,
+            scene,
+            rays: Vec::new(),
+            hits: Vec::new(),
+            shadow_rays: Vec::with_capacity(SHADOW_BATCH + 256),
+            blocked: Vec::new(),
+            pending: Vec::new(),
+            traced: 0,
+        })
+    }
+}

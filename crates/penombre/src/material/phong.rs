@@ -1,0 +1,60 @@
+//! `phong`: the course's material.
+//!
+//! Per light, with N turned toward the viewer, L toward the light, V toward the viewer and R = 2(N·L)N − L,
+//! I = ambient·Iₐ + visible·C·(diffuse·max(0, N·L) + specular·max(0, R·V)^shininess) \[Phong1975\].
+//!
+//! ```toml
+//! [material.red]
+//! type = "phong"
+//! diffuse = [1, 0, 0]
+//! specular = [1, 0, 0]
+//! shininess = 16
+//! ```
+
+use super::{AMBIENT, Material, PhongView, SHININESS, Shade, Specular, diffuse_param, specular_param};
+use crate::registry::Context;
+use crate::texture::ColorSource;
+use penombre_scene::ParamSpec;
+use penombre_scene::params::Params;
+
+/// The four factors of Phong's model; mirror and glass have them too, for the phases in which they are shaded.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Phong {
+    ambient: ColorSource,
+    diffuse: ColorSource,
+    specular: ColorSource,
+    shininess: f32,
+}
+
+impl Phong {
+    /// The view with the given continuation.
+    pub(super) fn view(&self, shade: &Shade<'_>, kind: Specular) -> PhongView {
+        let color = |source: ColorSource| source.color(&shade.point, shade.textures);
+        PhongView {
+            ambient: color(self.ambient),
+            diffuse: color(self.diffuse) * shade.vertex_color,
+            specular: color(self.specular),
+            shininess: self.shininess,
+            kind,
+        }
+    }
+}
+
+impl Material for Phong {
+    const TYPE_NAME: &'static str = "phong";
+    const SCHEMA: &'static [ParamSpec] = &[diffuse_param(0.8), specular_param(0.0), AMBIENT, SHININESS];
+
+    fn build(p: &Params, context: &mut Context<'_, '_>) -> Option<Self> {
+        let color = |name| ColorSource::new(p.color_texture(name), context);
+        Some(Self {
+            ambient: color("ambient"),
+            diffuse: color("diffuse"),
+            specular: color("specular"),
+            shininess: p.f32("shininess"),
+        })
+    }
+
+    fn phong_view(&self, shade: &Shade<'_>) -> PhongView {
+        self.view(shade, Specular::None)
+    }
+}

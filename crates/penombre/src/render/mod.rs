@@ -1,0 +1,91 @@
+//! Rendering: jobs cut into work units, units into film, film into images.
+//!
+//! [`Render::unit`] is a pure function of scene, integrator, job and unit. Threads and the path inspector call it
+//! or what it calls, and nothing else computes samples.
+
+mod plan;
+mod run;
+mod settings;
+mod unit;
+
+use crate::film::{SAMPLE_CHUNK, Tile};
+use crate::sampler::SamplerKind;
+
+pub use plan::{NODE_SCHEMAS, Plan};
+pub use run::{Event, Observer, Outcome, Render, Statistics};
+pub use settings::RenderSettings;
+pub use unit::{DroppedSample, UnitResult, record};
+
+/// What is rendered: everything beyond the scene and the integrator that decides the bits of the image, and the
+/// size of tiles, which does not.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Job {
+    /// Width and height, pixels.
+    pub size: [u32; 2],
+    /// Samples per pixel.
+    pub spp: u32,
+    /// Seed of all sample points.
+    pub seed: u64,
+    /// Family of sample points.
+    pub sampler: SamplerKind,
+    /// Index of the scene's camera.
+    pub camera: u32,
+    /// True: rays go through random points of the pixel; false: through its centre.
+    pub pixel_jitter: bool,
+    /// Edge of the tiles, pixels.
+    pub tile: u32,
+}
+
+/// The smallest piece of a job that is computed at a time: some samples of all pixels of a tile.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct WorkUnit {
+    /// Number of the tile, row by row.
+    pub tile_index: usize,
+    /// Its pixels.
+    pub tile: Tile,
+    /// First sample of each pixel; a multiple of [`SAMPLE_CHUNK`].
+    pub first_sample: u32,
+    /// Number of samples of each pixel.
+    pub count: u32,
+}
+
+impl Job {
+    /// Tiles in a row.
+    fn columns(&self) -> usize {
+        self.size[0].div_ceil(self.tile) as usize
+    }
+
+    /// Number of tiles.
+    pub fn tiles(&self) -> usize {
+        self.columns() * self.size[1].div_ceil(self.tile) as usize
+    }
+
+    /// Number of work units.
+    pub fn units(&self) -> usize {
+        self.tiles() * self.spp.div_ceil(SAMPLE_CHUNK) as usize
+    }
+
+    /// Number of samples of the whole image.
+    pub fn samples(&self) -> u64 {
+        u64::from(self.size[0]) * u64::from(self.size[1]) * u64::from(self.spp)
+    }
+
+    /// Work unit `index` of the fixed order: all tiles row by row for the first chunk of samples, then for the
+    /// next.
+    pub fn unit(&self, index: usize) -> WorkUnit {
+        let (chunk, tile_index) = (index / self.tiles(), index % self.tiles());
+        let first_sample = chunk as u32 * SAMPLE_CHUNK;
+        let (column, row) = (tile_index % self.columns(), tile_index / self.columns());
+        let (x0, y0) = (column as u32 * self.tile, row as u32 * self.tile);
+        let tile = Tile {
+            x0,
+            y0,
+            x1: (x0.saturating_add(self.tile)).min(self.size[0]),
+            y1: (y0.saturating_add(self.tile)).min(self.size[1]),
+        };
+        WorkUnit { tile_index, tile, first_sample, count: SAMPLE_CHUNK.min(self.spp - first_sample) }
+    }
+}
+
+#[cfg(test)]
+mod tests;

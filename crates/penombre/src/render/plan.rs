@@ -1,0 +1,71 @@
+//! From a description to everything that a render needs.
+
+use super::{Job, RenderSettings};
+use crate::integrator::{AnyIntegrator, Classic, TYPES};
+use crate::registry::Context;
+use crate::scene::Scene;
+use penombre_scene::assets::Assets;
+use penombre_scene::{Diagnostics, NodeId, ParamSpec, Role, SceneDescription};
+use std::sync::Arc;
+
+/// Roles whose nodes have no types, with their parameters.
+pub const NODE_SCHEMAS: &[(Role, &[ParamSpec])] = &[(Role::Render, RenderSettings::SCHEMA)];
+
+/// Edge of the tiles unless told otherwise, pixels.
+const DEFAULT_TILE: u32 = 16;
+
+/// A scene, an integrator and a job.
+#[derive(Debug)]
+pub struct Plan {
+    /// The scene.
+    pub scene: Arc<Scene>,
+    /// How light is computed.
+    pub integrator: Box<dyn AnyIntegrator>,
+    /// What is rendered.
+    pub job: Job,
+}
+
+impl Plan {
+    /// Builds all that a description asks for. *All* faults go to `out`; `None` if any of them is an error.
+    pub fn new(description: &SceneDescription, assets: &Assets, out: &mut Diagnostics) -> Option<Self> {
+        let mut context = Context { description, assets, out, node: NodeId(0) };
+        let settings = RenderSettings::build(&mut context);
+        let integrator = integrator(&settings, &mut context);
+        let aspect = settings.size[0] as f32 / settings.size[1] as f32;
+        let scene = Scene::build(description, assets, aspect, out);
+        let (scene, integrator) = (scene?, integrator?);
+        let job = Job {
+            size: settings.size,
+            spp: settings.spp,
+            seed: settings.seed,
+            sampler: settings.sampler,
+            camera: settings.camera,
+            pixel_jitter: settings.pixel_jitter,
+            tile: DEFAULT_TILE,
+        };
+        (!out.has_errors()).then_some(Self { scene, integrator, job })
+    }
+}
+
+/// Builds the integrator that the settings name, and checks the parameters of all others.
+fn integrator(settings: &RenderSettings, context: &mut Context<'_, '_>) -> Option<Box<dyn AnyIntegrator>> {
+    let names: Vec<&str> = TYPES.iter().map(|(name, _)| *name).collect();
+    let known = format!("integrators of this version: {}", names.join(", "));
+    let help = |wanted: &str| match penombre_scene::nearest(wanted, &names) {
+        Some(near) => format!("did you mean `{near}`? {known}"),
+        None => known.clone(),
+    };
+    for (_, node) in context.description.of_role(Role::Integrator) {
+        if !names.contains(&node.name.as_str()) {
+            let message = format!("`{}` sets parameters of an integrator that this version does not have", node.path());
+            context.out.error("scene::unknown-integrator", node.span, message).help = help(&node.name);
+        }
+    }
+    if !names.contains(&settings.integrator.as_str()) {
+        let message = format!("unknown integrator `{}`", settings.integrator);
+        let fault = context.out.error("scene::unknown-integrator", settings.integrator_span, message);
+        fault.help = help(&settings.integrator);
+        return None;
+    }
+    Some(Classic::build(context, settings.max_depth))
+}

@@ -1,0 +1,96 @@
+//! `[render]`: what a scene file asks for; the command line overrides.
+
+use crate::registry::Context;
+use crate::sampler::SamplerKind;
+use penombre_scene::params::Params;
+use penombre_scene::{Kind, ParamDefault, ParamSpec, Range, Role, Span};
+
+/// Largest edge of an image, pixels.
+const MOST_PIXELS: f64 = 65536.0;
+
+/// The parameters of `[render]`, checked.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RenderSettings {
+    /// Width and height, pixels.
+    pub size: [u32; 2],
+    /// Samples per pixel.
+    pub spp: u32,
+    /// Name of the integrator.
+    pub integrator: String,
+    /// Place of that name.
+    pub integrator_span: Span,
+    /// Most path segments between camera and light.
+    pub max_depth: u32,
+    /// Seed of all sample points.
+    pub seed: u64,
+    /// The family of sample points.
+    pub sampler: SamplerKind,
+    /// Index of the camera among the scene's cameras.
+    pub camera: u32,
+    /// True: rays go through random points of the pixel; false: through its centre.
+    pub pixel_jitter: bool,
+}
+
+impl RenderSettings {
+    /// The parameters of `[render]`.
+    pub const SCHEMA: &'static [ParamSpec] = &[
+        ParamSpec::with_default(
+            "size",
+            Kind::Int2(Range::closed(1.0, MOST_PIXELS)),
+            ParamDefault::Vec2([640.0, 480.0]),
+            "Width and height of the image.",
+        )
+        .unit("pixels"),
+        ParamSpec::with_default(
+            "spp",
+            Kind::Int(Range::closed(1.0, 16_777_216.0)),
+            ParamDefault::Int(64),
+            "Samples per pixel.",
+        ),
+        ParamSpec::with_default("integrator", Kind::Text, ParamDefault::Text("classic"), "How light is computed."),
+        ParamSpec::with_default(
+            "max_depth",
+            Kind::Int(Range::closed(1.0, 65536.0)),
+            ParamDefault::Int(16),
+            "Most path segments between camera and light.",
+        ),
+        ParamSpec::with_default(
+            "seed",
+            Kind::Int(Range::closed(0.0, 9.2e18)),
+            ParamDefault::Int(0),
+            "Another seed gives other noise.",
+        ),
+        ParamSpec::with_default(
+            "sampler",
+            Kind::Choice(SamplerKind::NAMES),
+            ParamDefault::Text("sobol"),
+            "Family of sample points.",
+        ),
+        ParamSpec::optional("camera", Kind::Reference(Role::Camera), "The camera; default: the first."),
+        ParamSpec::with_default(
+            "pixel_jitter",
+            Kind::Bool,
+            ParamDefault::Bool(true),
+            "Rays through random points of the pixel instead of its centre.",
+        ),
+    ];
+
+    /// Decodes the `[render]` node, or takes the defaults if there is none.
+    pub fn build(context: &mut Context<'_, '_>) -> Self {
+        let default = penombre_scene::Node::new(Role::Render, "render", "");
+        let node = context.description.of_role(Role::Render).next().map(|(_, n)| n).unwrap_or(&default);
+        let p: Params = context.decode(node, Self::SCHEMA);
+        let size = p.int2("size");
+        Self {
+            size: size.map(|v| v as u32),
+            spp: p.int("spp") as u32,
+            integrator: p.text("integrator").unwrap_or("classic").to_owned(),
+            integrator_span: p.span("integrator"),
+            max_depth: p.int("max_depth") as u32,
+            seed: p.int("seed") as u64,
+            sampler: SamplerKind::from_name(p.choice("sampler")),
+            camera: p.reference("camera").map_or(0, |id| context.position(id)),
+            pixel_jitter: p.bool("pixel_jitter"),
+        }
+    }
+}

@@ -1,0 +1,108 @@
+//! Tests of schedules and runs.
+
+use super::*;
+use crate::testing::{plan, set, small};
+use penombre_scene::Role;
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+struct Quiet;
+
+impl Observer for Quiet {
+    fn on(&self, _: Event<'_>) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+}
+
+fn digest(threads: usize, tile: u32) -> String {
+    let mut plan = plan(&small("cornell", 40, 20));
+    plan.job.tile = tile;
+    let mut render = Render::new(plan);
+    assert_eq!(render.run(threads, &Quiet), Outcome::Finished);
+    render.image().digest()
+}
+
+#[test]
+fn threads_and_tiles_change_no_bit() {
+    let expected = digest(1, 16);
+    for (threads, tile) in [(2, 16), (3, 8), (7, 17), (1, 32), (2, 4096), (2, 1)] {
+        assert_eq!(digest(threads, tile), expected, "{threads} threads, tiles of {tile}");
+    }
+}
+
+#[test]
+fn units_merge_in_any_order() {
+    let expected = digest(1, 16);
+    let p = plan(&small("cornell", 40, 20));
+    let (job, units) = (p.job, p.job.units());
+    let results: Vec<UnitResult> =
+        (0..units).rev().map(|i| Render::unit(&p.scene, &*p.integrator, &job, job.unit(i))).collect();
+    let mut render = Render::new(p);
+    for result in results {
+        render.merge(result.clone());
+        render.merge(result);
+    }
+    assert_eq!(render.image().digest(), expected);
+    assert_eq!(render.statistics().samples, 40 * 40 * 20);
+    assert_eq!(render.run(2, &Quiet), Outcome::Finished);
+}
+
+#[test]
+fn units_cover_every_sample_of_every_pixel_once() {
+    let mut job = plan(&small("square", 37, 35)).job;
+    for tile in [1, 5, 16, 64] {
+        job.tile = tile;
+        let mut seen = std::collections::HashMap::new();
+        for unit in (0..job.units()).map(|i| job.unit(i)) {
+            assert_eq!(unit.first_sample % SAMPLE_CHUNK, 0);
+            for pixel in unit.tile.iter() {
+                *seen.entry(pixel).or_insert(0) += unit.count;
+            }
+        }
+        assert_eq!(seen.len(), 37 * 37);
+        assert!(seen.values().all(|n| *n == 35));
+    }
+}
+
+/// Stops after some units.
+struct StopAfter(AtomicUsize);
+
+impl Observer for StopAfter {
+    fn on(&self, event: Event<'_>) -> ControlFlow<()> {
+        if matches!(event, Event::Progress(_)) {
+            self.0.fetch_sub(1, Ordering::Relaxed);
+        }
+        if self.0.load(Ordering::Relaxed) == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    }
+}
+
+#[test]
+fn a_stopped_render_goes_on_to_the_same_bits() {
+    let expected = digest(1, 16);
+    let mut render = Render::new(plan(&small("cornell", 40, 20)));
+    assert_eq!(render.run(2, &StopAfter(AtomicUsize::new(3))), Outcome::Stopped);
+    let partial = render.statistics().samples;
+    assert!(partial > 0 && partial < 40 * 40 * 20);
+    assert_eq!(render.run(2, &Quiet), Outcome::Finished);
+    assert_eq!(render.image().digest(), expected);
+}
+
+#[test]
+fn samples_that_are_not_finite_are_dropped_counted_and_named() {
+    let mut d = small("square", 16, 4);
+    let light = d.of_role(Role::Light).next().unwrap().1.name.clone();
+    set(&mut d, Role::Light, &light, "color", [3e38, 3e38, 3e38]);
+    let material = d.of_role(Role::Material).next().unwrap().1.name.clone();
+    set(&mut d, Role::Material, &material, "diffuse", [3e38, 0.0, 0.0]);
+    let mut render = Render::new(plan(&d));
+    render.run(2, &Quiet);
+    let statistics = render.statistics();
+    assert!(statistics.non_finite > 0);
+    assert!(!statistics.dropped.is_empty());
+    let image = render.image();
+    assert!(image.data().iter().all(|v| v.is_finite()));
+    let named = statistics.dropped[0];
+    let job = *render.job();
+    let path = record(render.scene(), render.integrator(), &job, named.pixel, named.sample);
+    assert!(!path.radiance.is_finite());
+}

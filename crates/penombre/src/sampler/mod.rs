@@ -1,0 +1,131 @@
+//! Samplers: numbers in the unit square as pure functions of seed, pixel, sample and dimension.
+//!
+//! Nothing comes from a thread or a tile, and sample k is the same whatever the number of samples asked for:
+//! longer, sliced and resumed renders are parts of one run.
+
+use penombre_math::{Vec2, hash, sobol};
+
+/// The families of sample points.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SamplerKind {
+    /// Padded Owen-scrambled Sobol points \[Burley2020\].
+    #[default]
+    Sobol,
+    /// Independent uniform points.
+    Independent,
+}
+
+impl SamplerKind {
+    /// Names in scene files, in the order of the variants.
+    pub const NAMES: &'static [&'static str] = &["sobol", "independent"];
+
+    /// The kind of that name; Sobol for any other.
+    pub fn from_name(name: &str) -> Self {
+        if name == "independent" { Self::Independent } else { Self::Sobol }
+    }
+
+    /// Its name in scene files.
+    pub fn name(self) -> &'static str {
+        Self::NAMES[self as usize]
+    }
+}
+
+/// One request for sample points: "which number is this?" Integrators derive them from the place in the ray tree.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Dimension(pub u32);
+
+impl Dimension {
+    /// Where in the pixel the ray goes.
+    pub const FILM: Self = Self(0);
+
+    /// The dimension for the `k`-th use at the node of the ray tree with that number.
+    pub fn of_node(node: u32, k: u32) -> Self {
+        Self(hash::combine(node, k))
+    }
+}
+
+/// The sample points of one sample of one pixel.
+#[derive(Clone, Copy, Debug)]
+pub struct Sampler {
+    kind: SamplerKind,
+    key: u32,
+    index: u32,
+}
+
+impl Sampler {
+    /// The points of sample `index` of a pixel.
+    pub fn new(kind: SamplerKind, seed: u64, pixel: [u32; 2], index: u32) -> Self {
+        let key = hash::hash_words(&[seed as u32, (seed >> 32) as u32, pixel[0], pixel[1]]) as u32;
+        Self { kind, key, index }
+    }
+
+    /// The point of this sample in that dimension.
+    pub fn get_2d(&self, dimension: Dimension) -> Vec2 {
+        self.series(dimension, 1).get(0)
+    }
+
+    /// `count` points for this sample in that dimension. Those of all samples of the pixel form one sequence, so
+    /// that they are spread well together.
+    pub fn series(&self, dimension: Dimension, count: u32) -> Series {
+        let key = hash::combine(self.key, dimension.0);
+        Series { kind: self.kind, key, first: self.index.wrapping_mul(count) }
+    }
+}
+
+/// Several points of one dimension.
+#[derive(Clone, Copy, Debug)]
+pub struct Series {
+    kind: SamplerKind,
+    key: u32,
+    first: u32,
+}
+
+impl Series {
+    /// Point `i` in the unit square.
+    #[inline]
+    pub fn get(&self, i: u32) -> Vec2 {
+        let index = self.first.wrapping_add(i);
+        Vec2::from(match self.kind {
+            SamplerKind::Sobol => sobol::sobol_2d(index, self.key),
+            SamplerKind::Independent => sobol::independent_2d(index, self.key),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn points_depend_on_every_word_of_the_key_and_on_nothing_else() {
+        let base = Sampler::new(SamplerKind::Sobol, 1, [3, 4], 5);
+        let d = Dimension::of_node(1, 0);
+        assert_eq!(base.get_2d(d), Sampler::new(SamplerKind::Sobol, 1, [3, 4], 5).get_2d(d));
+        let others = [
+            Sampler::new(SamplerKind::Sobol, 2, [3, 4], 5),
+            Sampler::new(SamplerKind::Sobol, 1 << 40, [3, 4], 5),
+            Sampler::new(SamplerKind::Sobol, 1, [4, 3], 5),
+            Sampler::new(SamplerKind::Sobol, 1, [3, 4], 6),
+            Sampler::new(SamplerKind::Independent, 1, [3, 4], 5),
+        ];
+        for other in others {
+            assert_ne!(base.get_2d(d), other.get_2d(d));
+        }
+        assert_ne!(base.get_2d(d), base.get_2d(Dimension::of_node(1, 1)));
+        assert_ne!(base.get_2d(d), base.get_2d(Dimension::FILM));
+    }
+
+    /// 4 samples of 4 points each fill each of the 16 cells of a 4 × 4 grid once.
+    #[test]
+    fn series_of_all_samples_are_stratified_together() {
+        let mut cells = [0; 16];
+        for index in 0..4 {
+            let series = Sampler::new(SamplerKind::Sobol, 9, [10, 20], index).series(Dimension(77), 4);
+            for i in 0..4 {
+                let p = series.get(i) * 4.0;
+                cells[p.x as usize + 4 * p.y as usize] += 1;
+            }
+        }
+        assert_eq!(cells, [1; 16]);
+    }
+}

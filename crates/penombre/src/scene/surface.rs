@@ -1,0 +1,92 @@
+//! From a hit to the point on the surface.
+
+use super::Scene;
+use penombre_bvh::{Hit, Ray};
+use penombre_math::rounding::offset_origin;
+use penombre_math::{Spectrum, Vec2, Vec3};
+
+/// What lies where a ray met a surface, world space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfacePoint {
+    /// The point, metres.
+    pub p: Vec3,
+    /// Bound on its absolute error per axis, metres.
+    pub p_error: Vec3,
+    /// Geometric normal, unit, on the outside of the surface.
+    pub ng: Vec3,
+    /// Shading normal, unit.
+    pub ns: Vec3,
+    /// Toward where the ray came from, unit.
+    pub wo: Vec3,
+    /// Surface coordinates.
+    pub uv: Vec2,
+    /// Interpolated vertex colour; white where there is none.
+    pub color: Spectrum,
+    /// Index of the material.
+    pub material: u32,
+    /// Index of the shape.
+    pub shape: u32,
+    /// The ray's parameter at the hit.
+    pub t: f32,
+}
+
+impl SurfacePoint {
+    /// True if the ray came from the outside.
+    pub fn outside(&self) -> bool {
+        self.ng.dot(self.wo) >= 0.0
+    }
+
+    /// The shading normal turned to the side from which the ray came.
+    pub fn facing_normal(&self) -> Vec3 {
+        let ng = self.facing_geometric_normal();
+        if self.ns.dot(ng) < 0.0 { -self.ns } else { self.ns }
+    }
+
+    /// The geometric normal turned to the side from which the ray came.
+    pub fn facing_geometric_normal(&self) -> Vec3 {
+        if self.outside() { self.ng } else { -self.ng }
+    }
+
+    /// Origin for a ray that leaves in direction `dir` (any length) without meeting this spot again.
+    pub fn origin_toward(&self, dir: Vec3) -> Vec3 {
+        offset_origin(self.p, self.p_error, self.ng, dir)
+    }
+}
+
+impl Scene {
+    /// The surface at a hit of `ray`; `None` for a miss.
+    pub fn surface(&self, ray: &Ray, hit: &Hit) -> Option<SurfacePoint> {
+        if !hit.is_hit() {
+            return None;
+        }
+        let index = if hit.instance == Hit::NO_INSTANCE { hit.geometry } else { hit.instance };
+        let placed = &self.placed[index as usize];
+        let built = &self.shapes[placed.shape as usize];
+        let local_ray = match &placed.to_world {
+            None => *ray,
+            Some(map) => {
+                let inverse = map.inverse();
+                Ray::new(inverse.point(ray.origin), inverse.vector(ray.dir), ray.t_min, ray.t_max)
+            }
+        };
+        let mut at = built.shape.point(&local_ray, hit);
+        if let Some(map) = &placed.to_world {
+            (at.p, at.p_error) = map.point_with_error(at.p, at.p_error);
+            at.ng = map.normal(at.ng).normalize_or(Vec3::Z);
+            at.ns = map.normal(at.ns).normalize_or(at.ng);
+        }
+        let slot = (at.slot as usize).min(built.materials.len() - 1);
+        Some(SurfacePoint {
+            p: at.p,
+            p_error: at.p_error,
+            ng: at.ng,
+            ns: at.ns,
+            wo: -ray.dir.normalize(),
+            uv: at.uv,
+            color: at.color,
+            material: built.materials[slot],
+            shape: placed.shape,
+            t: hit.t,
+        })
+    }
+}

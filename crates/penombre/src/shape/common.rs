@@ -1,0 +1,53 @@
+//! What the shapes share: parameters, roundings, similarity transforms.
+
+use crate::registry::Context;
+use penombre_math::rounding::UNIT_ROUNDOFF;
+use penombre_math::{DAffine3, DVec3, Vec3};
+use penombre_scene::params::Params;
+use penombre_scene::{Kind, ParamSpec, Role};
+
+/// Every shape's material.
+pub const MATERIAL: ParamSpec =
+    ParamSpec::optional("material", Kind::Reference(Role::Material), "Name of its material.");
+
+/// Every shape's transform.
+pub const TRANSFORM: ParamSpec =
+    ParamSpec::optional("transform", Kind::Transform, "Where it stands: a list of steps, applied in this order.");
+
+/// A point that was computed in double precision, rounded, with the bound on its error per axis. The true error
+/// is one rounding; twice that leaves room for the double-precision arithmetic before it.
+pub fn rounded(p: DVec3) -> (Vec3, Vec3) {
+    let single = p.as_vec3();
+    (single, single.abs() * (2.0 * UNIT_ROUNDOFF) + Vec3::splat(f32::MIN_POSITIVE))
+}
+
+/// The factor by which the map scales all lengths, or `None` if it does not scale them alike.
+pub fn uniform_scale(map: &DAffine3) -> Option<f64> {
+    let m = map.matrix3;
+    let lengths = [m.x_axis.length(), m.y_axis.length(), m.z_axis.length()];
+    let scale = lengths[0];
+    let near = |a: f64, b: f64| (a - b).abs() <= 1e-9 * scale;
+    let alike = near(lengths[0], lengths[1]) && near(lengths[0], lengths[2]);
+    let dots = [m.x_axis.dot(m.y_axis), m.x_axis.dot(m.z_axis), m.y_axis.dot(m.z_axis)];
+    let square = dots.iter().all(|d| d.abs() <= 1e-9 * scale * scale);
+    (alike && square).then_some(scale)
+}
+
+/// A point of the parameters in double precision under the shape's transform, rounded to single precision.
+/// Reports a fault and returns `None` if it overflows.
+pub fn place(map: &DAffine3, p: Vec3, params: &Params, context: &mut Context<'_, '_>) -> Option<Vec3> {
+    let placed = map.transform_point3(p.as_dvec3()).as_vec3();
+    if placed.is_finite() {
+        return Some(placed);
+    }
+    too_far(params, context);
+    None
+}
+
+/// Reports that the transform moves the shape beyond single precision.
+pub fn too_far(params: &Params, context: &mut Context<'_, '_>) {
+    let node = context.description.node(context.node);
+    let message = format!("the transform moves `{}` beyond the largest number of single precision", node.path());
+    context.out.error("scene::out-of-range", params.span("transform"), message).help =
+        "coordinates must stay below 3.4e38".to_owned();
+}

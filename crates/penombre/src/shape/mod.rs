@@ -1,0 +1,110 @@
+//! Shapes: what rays hit.
+//!
+//! A shape gives the kernels its geometry, in world space, and afterwards tells what lies at a hit: point, error
+//! bound, normals, coordinates, colour.
+
+mod common;
+
+use crate::registry::{Context, registry};
+use penombre_bvh::{Geometry, Hit, Ray};
+use penombre_math::{Bounds3, DAffine3, Spectrum, Vec2, Vec3};
+use penombre_scene::ParamSpec;
+use penombre_scene::params::Params;
+
+/// What a shape knows of a hit, in the space of its geometry.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShapePoint {
+    /// The point, recomputed from the surface's own coordinates and not from the ray's parameter.
+    pub p: Vec3,
+    /// Bound on the absolute error of `p` per axis, and on what the kernels make of it: a ray that starts
+    /// outside this box does not meet the same spot again.
+    pub p_error: Vec3,
+    /// Geometric normal, unit, on the outside.
+    pub ng: Vec3,
+    /// Shading normal, unit; on the side of `ng`'s surface that the file says.
+    pub ns: Vec3,
+    /// Surface coordinates.
+    pub uv: Vec2,
+    /// Interpolated vertex colour; white where there is none.
+    pub color: Spectrum,
+    /// Material slot, 0 but for meshes with several materials.
+    pub slot: u32,
+}
+
+/// A surface. Built in world space: its `transform` parameter is applied when it is built, but for what
+/// [`Shape::remainder`] returns.
+pub trait Shape: Send + Sync + Sized {
+    /// The value of `type` in scene files.
+    const TYPE_NAME: &'static str;
+    /// Other accepted names.
+    const ALIASES: &'static [&'static str] = &[];
+    /// The parameters.
+    const SCHEMA: &'static [ParamSpec];
+
+    /// Builds it from checked parameters. Faults go to the context; `None` if it cannot stand.
+    fn build(params: &Params, context: &mut Context<'_, '_>) -> Option<Self>;
+
+    /// What the ray kernels trace.
+    fn geometry(&self) -> Geometry;
+
+    /// What lies at a hit of that geometry. `ray` is in the geometry's space.
+    fn point(&self, ray: &Ray, hit: &Hit) -> ShapePoint;
+
+    /// The part of the transform that the shape cannot take into itself (a sphere that becomes an ellipsoid): it
+    /// is placed as an instance under this map.
+    fn remainder(&self) -> Option<DAffine3> {
+        None
+    }
+
+    /// A box around it, in the geometry's space.
+    fn bounds(&self) -> Bounds3;
+
+    /// Number of primitives that the kernels see.
+    fn primitives(&self) -> usize {
+        1
+    }
+}
+
+/// Declares the shapes: the module, then the type.
+macro_rules! shapes {
+    ($($module:ident :: $type:ident),+ $(,)?) => {
+        registry! {
+            /// Any shape.
+            AnyShape: Shape { $($module::$type),+ }
+        }
+
+        impl AnyShape {
+            /// What the ray kernels trace.
+            pub fn geometry(&self) -> Geometry {
+                match self { $(Self::$type(s) => s.geometry()),+ }
+            }
+
+            /// What lies at a hit of that geometry.
+            pub fn point(&self, ray: &Ray, hit: &Hit) -> ShapePoint {
+                match self { $(Self::$type(s) => s.point(ray, hit)),+ }
+            }
+
+            /// The part of the transform that the shape could not take into itself.
+            pub fn remainder(&self) -> Option<DAffine3> {
+                match self { $(Self::$type(s) => s.remainder()),+ }
+            }
+
+            /// A box around it, in the geometry's space.
+            pub fn bounds(&self) -> Bounds3 {
+                match self { $(Self::$type(s) => s.bounds()),+ }
+            }
+
+            /// Number of primitives that the kernels see.
+            pub fn primitives(&self) -> usize {
+                match self { $(Self::$type(s) => s.primitives()),+ }
+            }
+        }
+    };
+}
+
+shapes! {
+    sphere::Sphere,
+    quad::Quad,
+    disk::Disk,
+    mesh::Mesh,
+}

@@ -1,0 +1,76 @@
+//! `quad`: a parallelogram.
+//!
+//! The points `origin` + u·`sides[0]` + v·`sides[1]` with u, v in 0..1, which are its surface coordinates. The
+//! normal is that of sides\[0\] × sides\[1\].
+//!
+//! ```toml
+//! [shape.left-wall]
+//! type = "quad"
+//! origin = [-2, -2, -2]
+//! sides = [[0, 0, 4], [0, 4, 0]]
+//! material = "red"
+//! ```
+
+use super::common::{MATERIAL, TRANSFORM, place, rounded, too_far};
+use super::{Shape, ShapePoint};
+use crate::registry::Context;
+use penombre_bvh::{Geometry, Hit, Ray};
+use penombre_math::{Bounds3, Spectrum, Vec2, Vec3};
+use penombre_scene::params::Params;
+use penombre_scene::{Kind, ParamSpec};
+
+/// A parallelogram in world space.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Quad {
+    origin: Vec3,
+    sides: [Vec3; 2],
+    normal: Vec3,
+}
+
+impl Shape for Quad {
+    const TYPE_NAME: &'static str = "quad";
+    const SCHEMA: &'static [ParamSpec] = &[
+        ParamSpec::required("origin", Kind::Vec3, "One corner.").unit("m"),
+        ParamSpec::required("sides", Kind::Sides, "The two edges that leave that corner.").unit("m"),
+        MATERIAL,
+        TRANSFORM,
+    ];
+
+    fn build(p: &Params, context: &mut Context<'_, '_>) -> Option<Self> {
+        let map = p.transform("transform");
+        let origin = place(&map, p.vec3("origin"), p, context)?;
+        let sides = p.sides("sides").map(|s| map.transform_vector3(s.as_dvec3()));
+        let normal = sides[0].cross(sides[1]).normalize_or_zero().as_vec3();
+        let sides = sides.map(|s| s.as_vec3());
+        let corners = [origin + sides[0], origin + sides[1], origin + sides[0] + sides[1]];
+        if normal.length_squared() == 0.0 || !corners.iter().all(|c| c.is_finite()) {
+            too_far(p, context);
+            return None;
+        }
+        Some(Self { origin, sides, normal })
+    }
+
+    fn geometry(&self) -> Geometry {
+        Geometry::Quads(vec![penombre_bvh::Quad { origin: self.origin, sides: self.sides }])
+    }
+
+    fn point(&self, _: &Ray, hit: &Hit) -> ShapePoint {
+        let [a, b] = self.sides.map(Vec3::as_dvec3);
+        let (p, p_error) =
+            rounded(self.origin.as_dvec3() + a * f64::from(hit.u) + b * f64::from(hit.v));
+        ShapePoint {
+            p,
+            p_error,
+            ng: self.normal,
+            ns: self.normal,
+            uv: Vec2::new(hit.u, hit.v),
+            color: Spectrum::WHITE,
+            slot: 0,
+        }
+    }
+
+    fn bounds(&self) -> Bounds3 {
+        let [a, b] = self.sides;
+        Bounds3::of_points([self.origin, self.origin + a, self.origin + b, self.origin + a + b])
+    }
+}

@@ -1,0 +1,272 @@
+//! What a scene file says: nodes with parameters, each with its place.
+
+use crate::span::Span;
+
+/// What a node is for: the first word of its table's name in a scene file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Role {
+    /// `[render]`: size, samples, integrator; one per scene.
+    Render,
+    /// `[integrator.NAME]`: parameters of the integrator of that name.
+    Integrator,
+    /// `[camera.NAME]`.
+    Camera,
+    /// `[texture.NAME]`.
+    Texture,
+    /// `[material.NAME]`.
+    Material,
+    /// `[shape.NAME]`.
+    Shape,
+    /// `[instance.NAME]`: another appearance of a shape.
+    Instance,
+    /// `[light.NAME]`.
+    Light,
+}
+
+impl Role {
+    /// Every role, in the order in which a writer puts them.
+    pub const ALL: [Self; 8] = [
+        Self::Render,
+        Self::Integrator,
+        Self::Camera,
+        Self::Texture,
+        Self::Material,
+        Self::Shape,
+        Self::Instance,
+        Self::Light,
+    ];
+
+    /// The word in scene files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Render => "render",
+            Self::Integrator => "integrator",
+            Self::Camera => "camera",
+            Self::Texture => "texture",
+            Self::Material => "material",
+            Self::Shape => "shape",
+            Self::Instance => "instance",
+            Self::Light => "light",
+        }
+    }
+
+    /// The role of that word.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|r| r.name() == name)
+    }
+}
+
+/// Index of a node in its [`SceneDescription`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct NodeId(pub u32);
+
+/// One thing of the scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Node {
+    /// What it is for.
+    pub role: Role,
+    /// The value of its `type` key. For roles without types the role's name; for integrators the node's name.
+    pub type_name: String,
+    /// Place of the `type` value, or of the node's header if it has none.
+    pub type_span: Span,
+    /// Its name, unique among the nodes of its role. Empty for `[render]`.
+    pub name: String,
+    /// Its parameters in file order, without `type`.
+    pub params: Vec<Param>,
+    /// Nodes that belong to this one (inline definitions); empty in flat scenes.
+    pub children: Vec<NodeId>,
+    /// Place of its header.
+    pub span: Span,
+}
+
+impl Node {
+    /// A node without parameters or place.
+    pub fn new(role: Role, type_name: impl Into<String>, name: impl Into<String>) -> Self {
+        Self {
+            role,
+            type_name: type_name.into(),
+            type_span: Span::NONE,
+            name: name.into(),
+            params: Vec::new(),
+            children: Vec::new(),
+            span: Span::NONE,
+        }
+    }
+
+    /// Adds a parameter; for building scenes in programs.
+    #[must_use]
+    pub fn with(mut self, name: &str, value: impl Into<Value>) -> Self {
+        self.set(name, value.into());
+        self
+    }
+
+    /// The parameter of that name.
+    pub fn param(&self, name: &str) -> Option<&Param> {
+        self.params.iter().find(|p| p.name == name)
+    }
+
+    /// Sets a parameter, replacing the value of one that is there.
+    pub fn set(&mut self, name: &str, value: Value) {
+        match self.params.iter_mut().find(|p| p.name == name) {
+            Some(p) => p.value = value,
+            None => self.params.push(Param { name: name.to_owned(), name_span: value.span, value }),
+        }
+    }
+
+    /// `role.name`, or the role alone where there are no names: how messages and `--set` call it.
+    pub fn path(&self) -> String {
+        if self.name.is_empty() {
+            self.role.name().to_owned()
+        } else {
+            format!("{}.{}", self.role.name(), self.name)
+        }
+    }
+}
+
+/// A named value.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Param {
+    /// The key.
+    pub name: String,
+    /// Place of the key.
+    pub name_span: Span,
+    /// The value.
+    pub value: Value,
+}
+
+/// A value and its place.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Value {
+    /// The value.
+    pub kind: ValueKind,
+    /// Its place.
+    pub span: Span,
+}
+
+/// The kinds of values that scene files have.
+#[derive(Clone, Debug, PartialEq)]
+pub enum ValueKind {
+    /// `true`, `false`.
+    Bool(bool),
+    /// A whole number.
+    Int(i64),
+    /// A number with a point or exponent, `nan`, `inf`.
+    Float(f64),
+    /// A text.
+    String(String),
+    /// A list.
+    Array(Vec<Value>),
+    /// An inline table.
+    Table(Vec<Param>),
+}
+
+impl ValueKind {
+    /// How messages call values of this kind.
+    pub fn describe(&self) -> &'static str {
+        match self {
+            Self::Bool(_) => "a boolean",
+            Self::Int(_) => "a whole number",
+            Self::Float(_) => "a number",
+            Self::String(_) => "a text",
+            Self::Array(_) => "a list",
+            Self::Table(_) => "a table",
+        }
+    }
+}
+
+impl From<ValueKind> for Value {
+    fn from(kind: ValueKind) -> Self {
+        Self { kind, span: Span::NONE }
+    }
+}
+impl From<bool> for Value {
+    fn from(v: bool) -> Self {
+        ValueKind::Bool(v).into()
+    }
+}
+impl From<i64> for Value {
+    fn from(v: i64) -> Self {
+        ValueKind::Int(v).into()
+    }
+}
+impl From<f64> for Value {
+    fn from(v: f64) -> Self {
+        ValueKind::Float(v).into()
+    }
+}
+impl From<&str> for Value {
+    fn from(v: &str) -> Self {
+        ValueKind::String(v.to_owned()).into()
+    }
+}
+impl From<String> for Value {
+    fn from(v: String) -> Self {
+        ValueKind::String(v).into()
+    }
+}
+impl<T: Into<Self>> From<Vec<T>> for Value {
+    fn from(v: Vec<T>) -> Self {
+        ValueKind::Array(v.into_iter().map(Into::into).collect()).into()
+    }
+}
+impl<T: Into<Self>, const N: usize> From<[T; N]> for Value {
+    fn from(v: [T; N]) -> Self {
+        ValueKind::Array(v.into_iter().map(Into::into).collect()).into()
+    }
+}
+impl<const N: usize> From<[(&str, Value); N]> for Value {
+    fn from(entries: [(&str, Value); N]) -> Self {
+        let param = |(name, value): (&str, Self)| Param { name: name.to_owned(), name_span: Span::NONE, value };
+        ValueKind::Table(entries.map(param).into_iter().collect()).into()
+    }
+}
+
+/// A scene as data: a flat list of nodes that refer to each other by name.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SceneDescription {
+    nodes: Vec<Node>,
+}
+
+impl SceneDescription {
+    /// Adds a node.
+    pub fn add(&mut self, node: Node) -> NodeId {
+        let id = NodeId(u32::try_from(self.nodes.len()).expect("fewer than 2^32 nodes"));
+        self.nodes.push(node);
+        id
+    }
+
+    /// The node; ids come from [`SceneDescription::add`] and iteration.
+    pub fn node(&self, id: NodeId) -> &Node {
+        &self.nodes[id.0 as usize]
+    }
+
+    /// The node, to change it.
+    pub fn node_mut(&mut self, id: NodeId) -> &mut Node {
+        &mut self.nodes[id.0 as usize]
+    }
+
+    /// Number of nodes.
+    pub fn len(&self) -> usize {
+        self.nodes.len()
+    }
+
+    /// True if there is no node.
+    pub fn is_empty(&self) -> bool {
+        self.nodes.is_empty()
+    }
+
+    /// All nodes in file order.
+    pub fn iter(&self) -> impl Iterator<Item = (NodeId, &Node)> {
+        self.nodes.iter().enumerate().map(|(i, n)| (NodeId(i as u32), n))
+    }
+
+    /// The nodes of a role in file order.
+    pub fn of_role(&self, role: Role) -> impl Iterator<Item = (NodeId, &Node)> {
+        self.iter().filter(move |(_, n)| n.role == role)
+    }
+
+    /// The node of that role and name.
+    pub fn find(&self, role: Role, name: &str) -> Option<NodeId> {
+        self.of_role(role).find(|(_, n)| n.name == name).map(|(id, _)| id)
+    }
+}

@@ -1,0 +1,203 @@
+//! Faults of text formats: their place is an excerpt of the file, cut from it only when there is a fault.
+
+use super::lexer::{Token, line_end};
+use crate::diagnostic::{Diagnostic, Diagnostics, Severity};
+use crate::span::{Sources, Span};
+use std::collections::HashSet;
+use std::path::Path;
+
+/// After this many errors a reader stops.
+const MOST_ERRORS: usize = 20;
+/// Bytes of a line that an excerpt shows on either side of the fault.
+const EXCERPT: usize = 160;
+
+/// Where the faults of one file go.
+pub(super) struct Faults<'a> {
+    bytes: &'a [u8],
+    path: &'a Path,
+    name: &'a str,
+    sources: &'a mut Sources,
+    out: &'a mut Diagnostics,
+    errors: usize,
+    said: HashSet<String>,
+}
+
+impl<'a> Faults<'a> {
+    pub fn new(
+        bytes: &'a [u8],
+        path: &'a Path,
+        name: &'a str,
+        sources: &'a mut Sources,
+        out: &'a mut Diagnostics,
+    ) -> Self {
+        Self { bytes, path, name, sources, out, errors: 0, said: HashSet::new() }
+    }
+
+    /// True if any error was reported.
+    pub fn failed(&self) -> bool {
+        self.errors > 0
+    }
+
+    /// True if it is time to stop reading.
+    pub fn is_full(&self) -> bool {
+        self.errors >= MOST_ERRORS
+    }
+
+    /// An error at a word.
+    pub fn error(&mut self, code: &'static str, at: Token<'_>, message: impl Into<String>) -> &mut Diagnostic {
+        self.errors += 1;
+        let span = self.span(at.at, at.text.len());
+        if self.errors == MOST_ERRORS {
+            let stop = format!("{}: reading stops after {MOST_ERRORS} errors", self.name);
+            self.out.advice("reader::too-many-errors", span, stop);
+        }
+        self.out.error(code, span, message)
+    }
+
+    /// A warning at a word.
+    pub fn warning(&mut self, code: &'static str, at: Token<'_>, message: impl Into<String>) -> &mut Diagnostic {
+        let span = self.span(at.at, at.text.len());
+        self.out.warning(code, span, message)
+    }
+
+    /// A remark at a word.
+    pub fn advice(&mut self, code: &'static str, at: Token<'_>, message: impl Into<String>) -> &mut Diagnostic {
+        let span = self.span(at.at, at.text.len());
+        self.out.advice(code, span, message)
+    }
+
+    /// True the first time it is called with that key: for warnings that come once per file.
+    pub fn first(&mut self, key: &str) -> bool {
+        self.said.len() < 64 && self.said.insert(key.to_owned())
+    }
+
+    /// One warning for many equal faults, at the first of them. Nothing if there was none.
+    pub fn tally(&mut self, code: &'static str, tally: &Tally<'_>, message: &str, help: &str) {
+        let Some(at) = tally.first else { return };
+        let message = match tally.count {
+            1 => message.to_owned(),
+            n => format!("{message} ({n} times, here the first)"),
+        };
+        self.warning(code, at, message).help = help.to_owned();
+    }
+
+    /// The end of the file as a place.
+    pub fn end(&self) -> Token<'a> {
+        Token { text: b"", at: self.bytes.len() }
+    }
+
+    /// Registers the line around a place as an excerpt.
+    pub fn span(&mut self, at: usize, len: usize) -> Span {
+        let at = at.min(self.bytes.len());
+        let line_start = line_start(self.bytes, at);
+        let end = line_end(self.bytes, at);
+        let from = boundary(self.bytes, line_start.max(at.saturating_sub(EXCERPT)));
+        let to = boundary(self.bytes, end.min(at + len.min(EXCERPT) + EXCERPT)).max(at);
+        let marked = boundary(self.bytes, (at + len.max(1)).min(to)).min(to);
+        let before = printable(&self.bytes[from..at]);
+        let inside = printable(&self.bytes[at..marked]);
+        let after = printable(&self.bytes[marked..to]);
+        let column = 1 + characters(&self.bytes[line_start..from]);
+        let line = 1 + line_breaks(&self.bytes[..line_start]);
+        let (start, len) = (before.len() as u32, inside.len() as u32);
+        let file = self.sources.add_excerpt_at(self.path, self.name, before + &inside + &after, line, column);
+        Span { file, start, len }
+    }
+}
+
+/// How often something happened and where first.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Tally<'a> {
+    first: Option<Token<'a>>,
+    count: usize,
+}
+
+impl<'a> Tally<'a> {
+    pub fn add(&mut self, at: Token<'a>) {
+        self.first.get_or_insert(at);
+        self.count += 1;
+    }
+
+    pub fn count(&self) -> usize {
+        self.count
+    }
+}
+
+/// A fault of a whole file, without a place in it.
+pub(super) fn whole_file(out: &mut Diagnostics, severity: Severity, code: &'static str, message: String, help: &str) {
+    out.push(Diagnostic::new(severity, code, Span::NONE, message).help(help));
+}
+
+fn line_start(bytes: &[u8], at: usize) -> usize {
+    bytes[..at].iter().rposition(|b| matches!(b, b'\n' | b'\r')).map_or(0, |i| i + 1)
+}
+
+/// Number of lines that end in these bytes.
+fn line_breaks(bytes: &[u8]) -> u32 {
+    let ends = bytes.iter().zip(bytes.iter().skip(1).chain([&0]));
+    ends.filter(|(b, next)| **b == b'\n' || (**b == b'\r' && **next != b'\n')).count() as u32
+}
+
+/// Number of characters, taking every byte that does not continue one as its beginning.
+fn characters(bytes: &[u8]) -> u32 {
+    bytes.iter().filter(|b| !is_continuation(**b)).count() as u32
+}
+
+fn is_continuation(b: u8) -> bool {
+    b & 0xC0 == 0x80
+}
+
+/// The first place at or after `at` (at most three bytes on) where no UTF-8 character is cut.
+fn boundary(bytes: &[u8], at: usize) -> usize {
+    (at..at + 4).find(|i| bytes.get(*i).is_none_or(|b| !is_continuation(*b))).unwrap_or(at).min(bytes.len())
+}
+
+/// Text that does a terminal no harm: what is no UTF-8 and control characters are replaced.
+fn printable(bytes: &[u8]) -> String {
+    let text = String::from_utf8_lossy(bytes);
+    text.chars().map(|c| if c.is_control() && c != '\t' { char::REPLACEMENT_CHARACTER } else { c }).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn located(bytes: &[u8], at: usize, len: usize) -> (u32, u32, String) {
+        let (mut sources, mut out) = (Sources::default(), Diagnostics::default());
+        let mut faults = Faults::new(bytes, Path::new("m.obj"), "m.obj", &mut sources, &mut out);
+        let span = faults.span(at, len);
+        let place = sources.locate(span).expect("registered");
+        let text = &sources.get(span.file).expect("registered").text;
+        (place.line, place.column, text[span.start as usize..(span.start + span.len) as usize].to_owned())
+    }
+
+    #[test]
+    fn names_line_and_column() {
+        let text = b"v 1 2\r\n# \xC3\xA9\rv one 2\n";
+        assert_eq!(located(text, 2, 1), (1, 3, "1".to_owned()));
+        assert_eq!(located(text, 9, 2), (2, 3, "é".to_owned()));
+        assert_eq!(located(text, 14, 3), (3, 3, "one".to_owned()));
+        assert_eq!(located(text, text.len(), 0), (4, 1, String::new()));
+    }
+
+    #[test]
+    fn cuts_long_lines_and_keeps_the_column() {
+        let mut text = b"x\n".to_vec();
+        text.extend("é".repeat(100_000).bytes());
+        text.extend(b" bad ");
+        text.extend([b'y'; 100_000]);
+        let at = 2 + 200_000 + 1;
+        assert_eq!(located(&text, at, 3), (2, 100_002, "bad".to_owned()));
+        let (mut sources, mut out) = (Sources::default(), Diagnostics::default());
+        Faults::new(&text, Path::new(""), "", &mut sources, &mut out).span(at, 3);
+        assert!(sources.iter().all(|f| f.text.len() < 1000));
+    }
+
+    #[test]
+    fn replaces_what_is_not_text() {
+        assert_eq!(located(b"a\x1b[31m\xff\x00", 1, 20).2, "\u{fffd}[31m\u{fffd}\u{fffd}");
+        for at in 0..12 {
+            located("é\u{1F600}\u{1F600}x".as_bytes(), at, 1);
+        }
+    }
+}

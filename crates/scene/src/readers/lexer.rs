@@ -1,0 +1,259 @@
+//! Words, numbers and lines of text formats, from bytes.
+//!
+//! Nothing here counts lines: a fault names its byte, and [`super::faults`] finds the line when it needs it.
+
+/// A word and where it begins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Token<'a> {
+    /// The bytes of the word; never empty.
+    pub text: &'a [u8],
+    /// Offset of its first byte in the file.
+    pub at: usize,
+}
+
+impl Token<'_> {
+    /// The word as text; bytes that are no UTF-8 are replaced.
+    pub fn lossy(&self) -> String {
+        String::from_utf8_lossy(self.text).into_owned()
+    }
+}
+
+/// A cursor over the bytes of a file.
+#[derive(Clone, Debug)]
+pub(super) struct Lexer<'a> {
+    bytes: &'a [u8],
+    at: usize,
+    /// True if a backslash at the end of a line joins it with the next one (OBJ).
+    joins_lines: bool,
+}
+
+/// Byte order mark of UTF-8.
+const MARK: &[u8] = b"\xEF\xBB\xBF";
+
+impl<'a> Lexer<'a> {
+    /// Begins after the byte order mark, if there is one.
+    pub fn new(bytes: &'a [u8], joins_lines: bool) -> Self {
+        Self { bytes, at: if bytes.starts_with(MARK) { MARK.len() } else { 0 }, joins_lines }
+    }
+
+    /// Continues elsewhere.
+    pub fn at(&self, at: usize) -> Self {
+        Self { at: at.min(self.bytes.len()), ..*self }
+    }
+
+    /// Offset of the next byte.
+    pub fn offset(&self) -> usize {
+        self.at
+    }
+
+    /// Number of bytes that are left.
+    pub fn remaining(&self) -> usize {
+        self.bytes.len() - self.at
+    }
+
+    /// True if no byte is left.
+    pub fn is_at_end(&self) -> bool {
+        self.at >= self.bytes.len()
+    }
+
+    /// The next word of this line; `None` at the end of the line, of the file or at a comment.
+    #[inline]
+    pub fn token(&mut self) -> Option<Token<'a>> {
+        self.skip_blanks();
+        let start = self.at;
+        if self.bytes.get(start) == Some(&b'#') {
+            return None;
+        }
+        while let Some(b) = self.bytes.get(self.at) {
+            if b.is_ascii_whitespace() || (*b == b'\\' && self.continuation() > 0) {
+                break;
+            }
+            self.at += 1;
+        }
+        (self.at > start).then(|| Token { text: &self.bytes[start..self.at], at: start })
+    }
+
+    /// The rest of this line without blanks at its ends, up to a comment that follows a blank. Not joined with
+    /// the next line. `None` if nothing is there.
+    pub fn rest(&mut self) -> Option<Token<'a>> {
+        self.skip_blanks();
+        let start = self.at;
+        let line = &self.bytes[start..line_end(self.bytes, start)];
+        if line.first() == Some(&b'#') {
+            return None;
+        }
+        let comment = line.windows(2).position(|w| is_blank(w[0]) && w[1] == b'#');
+        let text = line[..comment.unwrap_or(line.len())].trim_ascii_end();
+        self.at = start + text.len();
+        (!text.is_empty()).then_some(Token { text, at: start })
+    }
+
+    /// Passes over what is left of the line, continuations included.
+    pub fn next_line(&mut self) {
+        while self.token().is_some() {}
+        self.at = line_end(self.bytes, self.at);
+        if self.bytes.get(self.at..self.at + 2) == Some(b"\r\n") {
+            self.at += 2;
+        } else {
+            self.at = (self.at + 1).min(self.bytes.len());
+        }
+    }
+
+    /// Goes to the next line that holds a word. False at the end of the file.
+    pub fn next_word_line(&mut self) -> bool {
+        loop {
+            self.skip_blanks();
+            match self.bytes.get(self.at) {
+                None => return false,
+                Some(b'#' | b'\n' | b'\r') => self.next_line(),
+                Some(_) => return true,
+            }
+        }
+    }
+
+    #[inline]
+    fn skip_blanks(&mut self) {
+        while let Some(b) = self.bytes.get(self.at) {
+            match *b {
+                b if is_blank(b) => self.at += 1,
+                b'\r' if self.bytes.get(self.at + 1) == Some(&b'\n') => self.at += 1,
+                b'\\' => match self.continuation() {
+                    0 => return,
+                    length => self.at += length,
+                },
+                _ => return,
+            }
+        }
+    }
+
+    /// Length of the backslash and line end here; 0 if there are none.
+    fn continuation(&self) -> usize {
+        match &self.bytes[self.at..] {
+            _ if !self.joins_lines => 0,
+            [b'\\', b'\r', b'\n', ..] => 3,
+            [b'\\', b'\n' | b'\r', ..] => 2,
+            _ => 0,
+        }
+    }
+}
+
+/// A blank within a line.
+fn is_blank(b: u8) -> bool {
+    matches!(b, b' ' | b'\t' | 0x0B | 0x0C)
+}
+
+/// Offset of the line end (`\n`, `\r`, `\r\n`) at or after `from`, or of the end of the file.
+pub(super) fn line_end(bytes: &[u8], from: usize) -> usize {
+    bytes[from..].iter().position(|b| matches!(b, b'\n' | b'\r')).map_or(bytes.len(), |i| from + i)
+}
+
+/// What a word says as a number.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Number {
+    /// A finite number, rounded once from the decimal text.
+    Finite(f32),
+    /// A NaN or infinity, in one of the spellings of C libraries.
+    NotFinite,
+    /// Too large for 32 bits.
+    Overflow,
+    /// No number.
+    None,
+}
+
+/// Reads a word as a number.
+#[inline]
+pub(super) fn number(text: &[u8]) -> Number {
+    let parsed = std::str::from_utf8(text).ok().and_then(|t| t.parse::<f32>().ok());
+    match parsed {
+        Some(v) if v.is_finite() => Number::Finite(v),
+        Some(_) if text.iter().any(u8::is_ascii_digit) => Number::Overflow,
+        Some(_) => Number::NotFinite,
+        None if is_spelt_not_finite(text) => Number::NotFinite,
+        None => Number::None,
+    }
+}
+
+/// `1.#IND`, `-1.#QNAN`, `1.#INF`, `nan(ind)`, `-nan(0x7f)` as C libraries print them.
+fn is_spelt_not_finite(text: &[u8]) -> bool {
+    let lower = text.to_ascii_lowercase();
+    let unsigned = lower.strip_prefix(b"-").or(lower.strip_prefix(b"+")).unwrap_or(&lower);
+    unsigned.starts_with(b"1.#") || unsigned.starts_with(b"nan(")
+}
+
+/// Reads a word as a whole number; numbers beyond 64 bits come out as the nearest.
+#[inline]
+pub(super) fn integer(text: &[u8]) -> Option<i64> {
+    let (negative, digits) = match text {
+        [b'-', digits @ ..] => (true, digits),
+        [b'+', digits @ ..] => (false, digits),
+        digits => (false, digits),
+    };
+    if digits.is_empty() || !digits.iter().all(u8::is_ascii_digit) {
+        return None;
+    }
+    let size = digits.iter().fold(0i64, |v, d| v.saturating_mul(10).saturating_add(i64::from(d - b'0')));
+    Some(if negative { -size } else { size })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn words(text: &str, joins: bool) -> Vec<Vec<String>> {
+        let mut lexer = Lexer::new(text.as_bytes(), joins);
+        let mut lines = Vec::new();
+        while lexer.next_word_line() {
+            lines.push(std::iter::from_fn(|| lexer.token()).map(|t| t.lossy()).collect());
+            lexer.next_line();
+        }
+        lines
+    }
+
+    #[test]
+    fn splits_into_lines_and_words() {
+        let expected = [vec!["a", "b"], vec!["c"], vec!["d#e"], vec!["f"]];
+        let text = "\u{feff}a\tb # comment\r\n\n  #only\n c\rd#e\n\x0b f";
+        assert_eq!(words(text, false), expected);
+    }
+
+    #[test]
+    fn joins_lines_only_where_told() {
+        assert_eq!(words("f 1 \\\r\n 2\\\n3 a\\b\nx", true), [vec!["f", "1", "2", "3", "a\\b"], vec!["x"]]);
+        assert_eq!(words("a \\\nb", false), [vec!["a", "\\"], vec!["b"]]);
+    }
+
+    #[test]
+    fn the_rest_of_a_line_keeps_inner_blanks_and_number_signs() {
+        let rest = |text: &'static str| Lexer::new(text.as_bytes(), true).rest().map(|t| t.lossy());
+        assert_eq!(rest("  my file#1.mtl  # why\nnext"), Some("my file#1.mtl".to_owned()));
+        assert_eq!(rest(" a\\b \r\n"), Some("a\\b".to_owned()));
+        assert_eq!(rest("   # c"), None);
+        assert_eq!(rest(" \n x"), None);
+    }
+
+    #[test]
+    fn numbers_are_rounded_once_and_faults_told_apart() {
+        assert_eq!(number(b"0.1"), Number::Finite(0.1));
+        // A double rounding by way of f64 would give 1.
+        assert_eq!(number(b"1.00000005960464477540"), Number::Finite(1.000_000_1));
+        assert_eq!(number(b"+.5e1"), Number::Finite(5.0));
+        for text in ["nan", "-NaN", "inf", "-Infinity", "1.#IND", "-1.#QNAN", "nan(ind)"] {
+            assert_eq!(number(text.as_bytes()), Number::NotFinite, "{text}");
+        }
+        assert_eq!(number(b"1e39"), Number::Overflow);
+        assert_eq!(number(b"-1e999"), Number::Overflow);
+        for text in ["one", "", "1,5", "0x1", "1e", "\u{661}"] {
+            assert_eq!(number(text.as_bytes()), Number::None, "{text}");
+        }
+    }
+
+    #[test]
+    fn integers_saturate() {
+        assert_eq!(integer(b"-12"), Some(-12));
+        assert_eq!(integer(b"+7"), Some(7));
+        assert_eq!(integer(b"99999999999999999999"), Some(i64::MAX));
+        for text in ["", "-", "1.0", "a", "1 "] {
+            assert_eq!(integer(text.as_bytes()), None, "{text}");
+        }
+    }
+}

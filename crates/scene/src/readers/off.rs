@@ -1,0 +1,418 @@
+//! OFF, the Object File Format of Geomview \[Geomview\].
+//!
+//! Read: the prefixes `ST`, `C`, `N` in any combination; counts on the first line or the next; comments; polygons;
+//! face colours of 3 or 4 values, 0–255 or 0–1. One vertex and one face per line; several vertices per line are
+//! read if the first line of vertices holds three or more. Colours are taken as sRGB and made linear; alpha and
+//! colour map indices are passed over. Not read: `4OFF`, `nOFF`, `OFF BINARY`.
+
+use super::colors::{ColorScale, linear};
+use super::faults::{Faults, Tally};
+use super::lexer::{Lexer, Number, Token, integer, number};
+use super::soup::{Corner, NONE, Soup};
+use crate::mesh::TriangleMesh;
+use penombre_math::{Vec2, Vec3};
+
+/// What the first word says about vertices.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Layout {
+    uvs: bool,
+    colors: bool,
+    normals: bool,
+}
+
+impl Layout {
+    /// Numbers of a vertex, colours not counted: those may be three or four.
+    fn plain_numbers(self) -> usize {
+        3 + if self.normals { 3 } else { 0 } + if self.uvs { 2 } else { 0 }
+    }
+
+    /// What a vertex line must hold, for messages.
+    fn describe(self) -> String {
+        let mut text = "x y z".to_owned();
+        text.push_str(if self.normals { " nx ny nz" } else { "" });
+        text.push_str(if self.colors { " r g b a" } else { "" });
+        text.push_str(if self.uvs { " s t" } else { "" });
+        text
+    }
+}
+
+/// Colours as a file has them, and their range.
+#[derive(Default)]
+struct RawColors {
+    values: Vec<[f32; 3]>,
+    scale: ColorScale,
+}
+
+struct Reader<'a, 'f, 's> {
+    lexer: Lexer<'a>,
+    faults: &'f mut Faults<'s>,
+    layout: Layout,
+    soup: Soup<'a>,
+    vertex_colors: RawColors,
+    face_colors: RawColors,
+    extra: Tally<'a>,
+    thin: Tally<'a>,
+    odd_colors: Tally<'a>,
+}
+
+/// Reads an OFF file. `None` after errors.
+pub(super) fn parse<'a>(bytes: &'a [u8], faults: &mut Faults<'a>) -> Option<TriangleMesh> {
+    let mut reader = Reader {
+        lexer: Lexer::new(bytes, false),
+        faults,
+        layout: Layout::default(),
+        soup: Soup::default(),
+        vertex_colors: RawColors::default(),
+        face_colors: RawColors::default(),
+        extra: Tally::default(),
+        thin: Tally::default(),
+        odd_colors: Tally::default(),
+    };
+    reader.header()?;
+    let [vertices, faces] = reader.counts()?;
+    reader.vertices(vertices)?;
+    reader.faces(faces)?;
+    if reader.faults.failed() {
+        return None;
+    }
+    reader.trailing();
+    Some(reader.finish(bytes))
+}
+
+impl<'a> Reader<'a, '_, 'a> {
+    /// Reads the first word. A file that begins with its counts is read with a warning.
+    fn header(&mut self) -> Option<()> {
+        if !self.lexer.next_word_line() {
+            let end = self.faults.end();
+            let message = "the file is empty, expected `OFF`, the counts and the vertices";
+            self.faults.error("off::empty", end, message).help = "a mesh without faces is `OFF`, then `0 0 0`".into();
+            return None;
+        }
+        let start = self.lexer.offset();
+        let word = self.lexer.token()?;
+        let Some((prefix, rest)) = split_magic(word.text) else {
+            return self.no_magic(word, start);
+        };
+        if rest > 0 {
+            // `OFF8 6 12`: the counts follow without a blank.
+            self.lexer = self.lexer.at(word.at + word.text.len() - rest);
+        }
+        self.layout = match layout_of(prefix) {
+            Some(layout) => layout,
+            None => return self.refuse(word, "vertices of four or n dimensions are"),
+        };
+        let mut ahead = self.lexer.clone();
+        match ahead.token() {
+            Some(t) if t.text.eq_ignore_ascii_case(b"BINARY") => self.refuse(t, "the binary form of OFF is"),
+            _ => Some(()),
+        }
+    }
+
+    fn refuse(&mut self, at: Token<'a>, what: &str) -> Option<()> {
+        let message = format!("`{}`: {what} not read, expected text that begins with `OFF`", at.lossy());
+        self.faults.error("off::unsupported", at, message).help =
+            "write it as plain OFF or as OBJ in the program that made it".into();
+        None
+    }
+
+    fn no_magic(&mut self, word: Token<'a>, start: usize) -> Option<()> {
+        if integer(word.text).is_some() {
+            let message = format!("the first line is not `OFF`: found `{}`, taken as the number of vertices", word.lossy());
+            self.faults.warning("off::magic", word, message).help = "put a line `OFF` first".into();
+            self.lexer = self.lexer.at(start);
+            return Some(());
+        }
+        let message = format!("this is no OFF file: found `{}`, expected `OFF`", shortened(word));
+        self.faults.error("off::magic", word, message);
+        None
+    }
+
+    /// Reads the numbers of vertices and faces and holds them against the size of the file.
+    fn counts(&mut self) -> Option<[usize; 2]> {
+        let vertices = self.count("vertices", 2 * self.layout.plain_numbers())?;
+        let faces = self.count("faces", 2)?;
+        // The number of edges is often wrong or absent, and nothing needs it.
+        if !ends_line(&self.lexer) {
+            self.lexer.token();
+            self.lexer.next_line();
+        }
+        Some([vertices, faces])
+    }
+
+    /// Reads one count. `least`: bytes that each thing takes at least.
+    fn count(&mut self, what: &str, least: usize) -> Option<usize> {
+        if ends_line(&self.lexer) && !self.lexer.next_word_line() {
+            let end = self.faults.end();
+            self.faults.error("off::truncated", end, format!("the file ends before the number of {what}"));
+            return None;
+        }
+        let word = self.lexer.token()?;
+        let left = self.lexer.remaining();
+        let found = integer(word.text);
+        match found.and_then(|n| usize::try_from(n).ok()) {
+            Some(n) if n.saturating_mul(least) <= left.saturating_add(2) && n < NONE as usize => Some(n),
+            Some(n) => {
+                let message = format!("{n} {what} are announced, but only {left} bytes follow");
+                self.faults.error("off::counts", word, message).help =
+                    format!("each of the {what} takes {least} bytes or more");
+                None
+            }
+            None => {
+                let message = format!("found `{}`, expected the number of {what}, 0 or more", shortened(word));
+                self.faults.error("off::counts", word, message);
+                None
+            }
+        }
+    }
+
+    fn vertices(&mut self, count: usize) -> Option<()> {
+        self.soup.positions.reserve(count);
+        let mut per_line = None;
+        for index in 0..count {
+            let fresh = per_line != Some(true) || ends_line(&self.lexer);
+            if fresh && !self.lexer.next_word_line() {
+                return self.truncated(index, count, "vertices");
+            }
+            let several = *per_line.get_or_insert_with(|| self.several_per_line());
+            self.vertex(index as u32, several);
+            if self.faults.is_full() {
+                return None;
+            }
+            if !several {
+                self.lexer.next_line();
+            }
+        }
+        if per_line == Some(true) && !ends_line(&self.lexer) {
+            self.extra.add(self.lexer.token()?);
+        }
+        Some(())
+    }
+
+    /// True if the line that begins here holds three or more whole vertices.
+    fn several_per_line(&self) -> bool {
+        let mut ahead = self.lexer.clone();
+        let words = std::iter::from_fn(|| ahead.token()).count();
+        let each = self.layout.plain_numbers();
+        !self.layout.colors && words >= 3 * each && words.is_multiple_of(each)
+    }
+
+    /// `several`: other vertices may follow on the line.
+    fn vertex(&mut self, index: u32, several: bool) {
+        let mut line = self.lexer.clone();
+        let start = line.token().expect("the caller found a word");
+        let mut values = [0.0; 12];
+        let mut found = 0;
+        // Colours make the line's length tell whether they have three or four values.
+        let most = if self.layout.colors { values.len() } else { self.layout.plain_numbers() };
+        let mut broken = false;
+        while found < most {
+            let Some(word) = self.lexer.token() else { break };
+            match number(word.text) {
+                Number::Finite(v) => values[found] = v,
+                Number::NotFinite => broken = true,
+                fault => return self.bad_number(word, fault),
+            }
+            found += 1;
+        }
+        let least = self.layout.plain_numbers() + if self.layout.colors { 3 } else { 0 };
+        if found < least {
+            let wanted = self.layout.describe();
+            let message = format!("vertex {index} has {found} numbers, expected {least} or more: {wanted}");
+            self.faults.error("off::vertex", start, message);
+        } else if !several && let Some(word) = self.lexer.token() {
+            self.extra.add(word);
+        }
+        if broken {
+            self.soup.broken.push((index, start));
+        }
+        self.soup.positions.push(Vec3::new(values[0], values[1], values[2]));
+        self.vertex_attributes(&values, found.max(least));
+    }
+
+    fn vertex_attributes(&mut self, values: &[f32; 12], found: usize) {
+        let mut at = 3;
+        if self.layout.normals {
+            let normal = Vec3::new(values[3], values[4], values[5]);
+            self.soup.normals.push(normal.as_dvec3().normalize_or_zero().as_vec3());
+            at += 3;
+        }
+        if self.layout.colors {
+            let color = [values[at], values[at + 1], values[at + 2]];
+            self.vertex_colors.scale.see(color, true);
+            self.vertex_colors.values.push(color);
+        }
+        if self.layout.uvs {
+            let at = found.clamp(at + 2, values.len()) - 2;
+            self.soup.uvs.push(Vec2::new(values[at], values[at + 1]));
+        }
+    }
+
+    fn bad_number(&mut self, word: Token<'a>, fault: Number) {
+        let word_text = shortened(word);
+        if fault == Number::Overflow {
+            self.faults.error("off::number", word, format!("`{word_text}` is too large, expected a number below 3.4e38"));
+        } else {
+            self.faults.error("off::number", word, format!("found `{word_text}`, expected a number"));
+        }
+        self.soup.positions.push(Vec3::ZERO);
+        while self.lexer.token().is_some() {}
+    }
+
+    fn truncated(&mut self, read: usize, count: usize, what: &str) -> Option<()> {
+        let end = self.faults.end();
+        let message = format!("the file ends after {read} of {count} {what}");
+        self.faults.error("off::truncated", end, message).help =
+            format!("{} more expected; was the file cut?", count - read);
+        None
+    }
+
+    fn faces(&mut self, count: usize) -> Option<()> {
+        for index in 0..count {
+            if !self.lexer.next_word_line() {
+                return self.truncated(index, count, "faces");
+            }
+            self.face();
+            if self.faults.is_full() {
+                return None;
+            }
+            self.lexer.next_line();
+        }
+        Some(())
+    }
+
+    fn face(&mut self) {
+        let first = self.lexer.token().expect("the caller found a word");
+        let Some(corners) = integer(first.text).filter(|n| *n > 0) else {
+            let message = format!("found `{}`, expected the number of corners of a face", shortened(first));
+            self.faults.error("off::face", first, message);
+            return;
+        };
+        for read in 0..corners {
+            let Some(word) = self.lexer.token() else {
+                let message = format!("the face announces {corners} corners, but {read} indices follow in its line");
+                self.faults.error("off::face", first, message);
+                return self.soup.drop_corners();
+            };
+            let vertices = self.soup.positions.len();
+            match integer(word.text) {
+                Some(i) if (0..vertices as i64).contains(&i) => {
+                    self.soup.corner(Corner { position: i as u32, uv: i as u32, normal: i as u32 });
+                }
+                Some(i) => {
+                    let message = match vertices {
+                        0 => format!("the face refers to vertex {i}, but there are no vertices"),
+                        n => format!("the face refers to vertex {i}, expected 0 to {}", n - 1),
+                    };
+                    self.faults.error("off::index", word, message);
+                    return self.soup.drop_corners();
+                }
+                None => {
+                    let message = format!("found `{}`, expected the index of a vertex", shortened(word));
+                    self.faults.error("off::index", word, message);
+                    return self.soup.drop_corners();
+                }
+            }
+        }
+        if corners < 3 {
+            self.thin.add(first);
+            return self.soup.drop_corners();
+        }
+        self.soup.finish_polygon(first.at, 0);
+        self.face_color();
+    }
+
+    /// Reads what follows the indices: nothing, an index into a colour map, or 3 or 4 colour values.
+    fn face_color(&mut self) {
+        let words: Vec<Token<'a>> = std::iter::from_fn(|| self.lexer.token()).take(5).collect();
+        let mut color = [f32::NAN; 3];
+        if let (3 | 4, Some(first)) = (words.len(), words.first()) {
+            let values: Vec<f32> = words
+                .iter()
+                .filter_map(|w| match number(w.text) {
+                    Number::Finite(v) => Some(v),
+                    _ => None,
+                })
+                .collect();
+            if values.len() == words.len() {
+                color = [values[0], values[1], values[2]];
+                let whole = words.iter().all(|w| integer(w.text).is_some());
+                self.face_colors.scale.see(color, whole);
+            } else {
+                self.odd_colors.add(*first);
+            }
+        } else if let (2 | 5, Some(first)) = (words.len(), words.first()) {
+            self.odd_colors.add(*first);
+        }
+        self.face_colors.values.push(color);
+    }
+
+    /// Warns of words after the last face.
+    fn trailing(&mut self) {
+        if !self.lexer.next_word_line() {
+            return;
+        }
+        if let Some(word) = self.lexer.token() {
+            let message = format!("found `{}` after the last face, expected the end of the file", shortened(word));
+            self.faults.warning("off::trailing", word, message).help =
+                "the number of faces in the header may be too small".into();
+        }
+    }
+
+    fn finish(mut self, bytes: &'a [u8]) -> TriangleMesh {
+        let help = "begin the file with `COFF` for colours, `NOFF` for normals, `STOFF` for texture coordinates";
+        self.faults.tally("off::extra", &self.extra, "numbers after a vertex are passed over", help);
+        self.faults.tally("off::thin-face", &self.thin, "a face with fewer than 3 corners is left out", "");
+        let message = "this is no face colour and is passed over, expected 3 or 4 numbers";
+        self.faults.tally("off::face-color", &self.odd_colors, message, "");
+        let RawColors { values, scale } = self.vertex_colors;
+        if scale.is_used() {
+            self.soup.colors = values.into_iter().map(|c| linear(c, scale)).collect();
+        }
+        let RawColors { values, scale } = self.face_colors;
+        if scale.is_used() {
+            self.soup.face_colors = values.into_iter().map(|c| linear(c, scale)).collect();
+        }
+        let lexer = self.lexer;
+        self.soup.into_mesh(self.faults, |at| {
+            lexer.at(at).token().unwrap_or(Token { text: &bytes[..0], at })
+        })
+    }
+}
+
+/// Splits `…OFF…` into what stands before the magic word and the number of bytes after it. The word may touch the
+/// counts.
+fn split_magic(word: &[u8]) -> Option<(&[u8], usize)> {
+    let at = word.windows(3).position(|w| w.eq_ignore_ascii_case(b"OFF"))?;
+    let rest = &word[at + 3..];
+    let is_prefix = word[..at].iter().all(|b| b"STCN4n".contains(b));
+    (is_prefix && rest.iter().all(u8::is_ascii_digit)).then_some((&word[..at], rest.len()))
+}
+
+/// The layout of a prefix; `None` for `4` and `n`.
+fn layout_of(prefix: &[u8]) -> Option<Layout> {
+    let mut layout = Layout::default();
+    for b in prefix {
+        match b {
+            b'S' | b'T' => layout.uvs = true,
+            b'C' => layout.colors = true,
+            b'N' => layout.normals = true,
+            _ => return None,
+        }
+    }
+    Some(layout)
+}
+
+fn ends_line(lexer: &Lexer<'_>) -> bool {
+    lexer.clone().token().is_none()
+}
+
+/// A word for a message: at most 40 characters, none of them a control character.
+pub(super) fn shortened(word: Token<'_>) -> String {
+    let text = word.lossy();
+    let shown = text.chars().take(40).map(|c| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c });
+    let mut shown: String = shown.collect();
+    if text.chars().count() > 40 {
+        shown.push('…');
+    }
+    shown
+}

@@ -1,0 +1,220 @@
+//! Polygons into triangles.
+
+use penombre_math::{DVec3, Vec3};
+
+/// Cutting ears takes, at worst, time in the square of the number of corners. This bounds the sum of those squares
+/// over a file (a few seconds).
+const MOST_WORK: u64 = 4_000_000_000;
+/// Polygons of up to this many corners are cut properly whatever was spent before.
+const ALWAYS_CUT: usize = 256;
+
+/// How a polygon was cut.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Cut {
+    /// Its surface is covered.
+    Covered,
+    /// Too large and not convex: cut as a fan from its first corner, which covers more than its surface.
+    TooLarge,
+}
+
+/// Cuts polygons into triangles; keeps its memory between polygons.
+#[derive(Default)]
+pub(super) struct Triangulator {
+    flat: Vec<[f64; 2]>,
+    ears: Vec<u32>,
+    earcut: earcut::Earcut<f64>,
+    work: u64,
+}
+
+impl Triangulator {
+    /// Appends triangles, as numbers of corners, with the polygon's orientation.
+    ///
+    /// Triangles stay as they are. Polygons that are convex, seen along their Newell normal \[Sutherland1974\], and
+    /// those without a surface become a fan from the first corner; all others are cut at their ears.
+    pub fn cut(&mut self, corners: &[Vec3], triangles: &mut Vec<[u32; 3]>) -> Cut {
+        let n = corners.len();
+        if n <= 3 || !self.flatten(corners) || is_convex(&self.flat) {
+            fan(n, triangles);
+            return Cut::Covered;
+        }
+        let work = (n as u64).saturating_mul(n as u64);
+        if n > ALWAYS_CUT && self.work.saturating_add(work) > MOST_WORK {
+            fan(n, triangles);
+            return Cut::TooLarge;
+        }
+        self.work = self.work.saturating_add(work);
+        self.earcut.earcut_slice(&self.flat, &[], &mut self.ears);
+        if self.ears.is_empty() {
+            fan(n, triangles);
+        }
+        for ear in self.ears.chunks_exact(3) {
+            let [a, b, c] = [ear[0], ear[1], ear[2]];
+            let clockwise = turn(self.flat[a as usize], self.flat[b as usize], self.flat[c as usize]) < 0.0;
+            triangles.push(if clockwise { [a, c, b] } else { [a, b, c] });
+        }
+        Cut::Covered
+    }
+
+    /// Projects the corners along the axis nearest to the Newell normal, so that the polygon turns to the left.
+    /// False if it has no surface.
+    fn flatten(&mut self, corners: &[Vec3]) -> bool {
+        let normal = newell_normal(corners);
+        let size = normal.abs();
+        if !normal.is_finite() || size.max_element() == 0.0 {
+            return false;
+        }
+        let (u, v, w) = match size {
+            s if s.x > s.y && s.x > s.z => (1, 2, 0),
+            s if s.y > s.z => (2, 0, 1),
+            _ => (0, 1, 2),
+        };
+        let (u, v) = if normal[w] < 0.0 { (v, u) } else { (u, v) };
+        self.flat.clear();
+        self.flat.extend(corners.iter().map(|p| [f64::from(p[u]), f64::from(p[v])]));
+        true
+    }
+}
+
+/// Twice the area vector of a polygon. Taken about the first corner, for polygons far from the origin.
+fn newell_normal(corners: &[Vec3]) -> DVec3 {
+    let first = corners[0].as_dvec3();
+    let edges = corners[1..].windows(2);
+    edges.map(|e| (e[0].as_dvec3() - first).cross(e[1].as_dvec3() - first)).sum()
+}
+
+fn fan(corners: usize, triangles: &mut Vec<[u32; 3]>) {
+    triangles.extend((2..corners as u32).map(|i| [0, i - 1, i]));
+}
+
+/// Twice the signed area of a triangle: positive if it turns to the left.
+fn turn(a: [f64; 2], b: [f64; 2], c: [f64; 2]) -> f64 {
+    (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+}
+
+/// True if a polygon that turns to the left nowhere turns to the right and winds round only once, which is so if its
+/// edges change their direction along an axis only twice.
+fn is_convex(flat: &[[f64; 2]]) -> bool {
+    let n = flat.len();
+    let at = |i: usize| flat[i % n];
+    let turns_left = (0..n).all(|i| turn(at(i), at(i + 1), at(i + 2)) >= 0.0);
+    turns_left && (0..2).all(|axis| reversals(flat, axis) <= 2)
+}
+
+/// How often the edges change their direction along an axis, once round.
+fn reversals(flat: &[[f64; 2]], axis: usize) -> usize {
+    let next = flat.iter().cycle().skip(1);
+    let steps = flat.iter().zip(next).map(|(a, b)| b[axis] - a[axis]).filter(|d| *d != 0.0);
+    let rising: Vec<bool> = steps.map(|d| d > 0.0).collect();
+    (0..rising.len()).filter(|i| rising[*i] != rising[(i + 1) % rising.len()]).count()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use penombre_math::Vec2;
+
+    fn cut(corners: &[Vec3]) -> Vec<[u32; 3]> {
+        let mut triangles = Vec::new();
+        assert_eq!(Triangulator::default().cut(corners, &mut triangles), Cut::Covered);
+        triangles
+    }
+
+    fn lifted(flat: &[[f32; 2]]) -> Vec<Vec3> {
+        // A plane of no special position.
+        let (x, y) = (Vec3::new(0.6, 0.3, -0.5), Vec3::new(-0.1, 0.8, 0.4));
+        flat.iter().map(|p| x * p[0] + y * p[1] + Vec3::new(3.0, -2.0, 1.0)).collect()
+    }
+
+    /// Area vectors of the polygon and of its triangles, and the sum of the triangles' areas.
+    fn areas(corners: &[Vec3], triangles: &[[u32; 3]]) -> (DVec3, DVec3, f64) {
+        let normal = |t: &[u32; 3]| newell_normal(&t.map(|i| corners[i as usize]));
+        (
+            newell_normal(corners),
+            triangles.iter().map(normal).sum(),
+            triangles.iter().map(|t| normal(t).length()).sum(),
+        )
+    }
+
+    fn assert_covers(corners: &[Vec3]) {
+        let triangles = cut(corners);
+        let (whole, sum, total) = areas(corners, &triangles);
+        let tolerance = 1e-5 * whole.length();
+        assert!((whole - sum).length() < tolerance, "{whole} {sum}");
+        // No overlap and no triangle upside down, else the areas would add to more.
+        assert!((whole.length() - total).abs() < tolerance, "{} {total}", whole.length());
+    }
+
+    #[test]
+    fn triangles_and_convex_polygons_become_fans() {
+        let quad = lifted(&[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]);
+        assert_eq!(cut(&quad[..3]), [[0, 1, 2]]);
+        assert_eq!(cut(&quad), [[0, 1, 2], [0, 2, 3]]);
+        let reversed: Vec<Vec3> = quad.iter().rev().copied().collect();
+        assert_eq!(cut(&reversed), [[0, 1, 2], [0, 2, 3]]);
+        let line = [Vec3::ZERO, Vec3::X, Vec3::X * 2.0, Vec3::X * 3.0];
+        assert_eq!(cut(&line), [[0, 1, 2], [0, 2, 3]]);
+        assert_eq!(cut(&[Vec3::ONE; 5]).len(), 3);
+    }
+
+    #[test]
+    fn concave_polygons_keep_their_surface() {
+        let shapes: [&[[f32; 2]]; 3] = [
+            &[[0.0, 0.0], [2.0, 0.0], [0.5, 0.5], [0.0, 2.0]],
+            &[[0.0, 0.0], [3.0, 0.0], [3.0, 3.0], [2.0, 3.0], [2.0, 1.0], [1.0, 1.0], [1.0, 3.0], [0.0, 3.0]],
+            &[[0.0, 0.0], [4.0, 0.0], [4.0, 1.0], [1.0, 1.0], [1.0, 2.0], [4.0, 2.0], [4.0, 3.0], [0.0, 3.0]],
+        ];
+        for shape in shapes {
+            for start in 0..shape.len() {
+                let mut corners = lifted(shape);
+                corners.rotate_left(start);
+                assert_covers(&corners);
+                corners.reverse();
+                assert_covers(&corners);
+            }
+        }
+    }
+
+    #[test]
+    fn random_star_shaped_polygons_keep_their_surface() {
+        let mut state = 7u64;
+        let mut random = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (state >> 40) as f32 / (1u64 << 24) as f32
+        };
+        for n in 4..200 {
+            let flat: Vec<[f32; 2]> = (0..n)
+                .map(|i| {
+                    let angle = i as f32 / n as f32 * std::f32::consts::TAU;
+                    let at = Vec2::new(penombre_math::float::cos(angle), penombre_math::float::sin(angle));
+                    (at * (0.2 + random())).to_array()
+                })
+                .collect();
+            assert_covers(&lifted(&flat));
+        }
+    }
+
+    #[test]
+    fn a_pentagram_is_not_convex() {
+        // It turns to the left at every corner, but winds round twice.
+        let flat = [[1.0, 0.0], [-0.809, 0.588], [0.309, -0.951], [0.309, 0.951], [-0.809, -0.588]];
+        assert!(!is_convex(&flat));
+        assert!(is_convex(&[[1.0, 0.0], [0.309, 0.951], [-0.809, 0.588], [-0.809, -0.588], [0.309, -0.951]]));
+    }
+
+    #[test]
+    fn many_corners_do_not_take_quadratic_time() {
+        let comb = |n: usize| -> Vec<Vec3> {
+            let low = (0..n).map(|i| Vec3::new(i as f32, (i % 2) as f32 * 5.0, 0.0));
+            let high = (0..n).rev().map(|i| Vec3::new(i as f32, 1.0 + (i % 2) as f32 * 5.0, 0.0));
+            low.chain(high).collect()
+        };
+        let (mut triangulator, mut triangles) = (Triangulator::default(), Vec::new());
+        assert_eq!(triangulator.cut(&comb(1000), &mut triangles), Cut::Covered);
+        assert_eq!(triangles.len(), 1998);
+        triangles.clear();
+        let begin = std::time::Instant::now();
+        assert_eq!(triangulator.cut(&comb(100_000), &mut triangles), Cut::TooLarge);
+        assert_eq!(triangles.len(), 199_998);
+        assert!(begin.elapsed().as_secs_f32() < 1.0);
+    }
+}

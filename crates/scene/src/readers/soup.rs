@@ -1,0 +1,160 @@
+//! Polygons as files list them, and the mesh that they become.
+
+use super::faults::{Faults, Tally};
+use super::lexer::Token;
+use super::polygon::{Cut, Triangulator};
+use crate::mesh::TriangleMesh;
+use penombre_math::{Vec2, Vec3};
+
+/// No attribute at this corner.
+pub(super) const NONE: u32 = u32::MAX;
+
+/// Indices of one corner.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Corner {
+    pub position: u32,
+    pub uv: u32,
+    pub normal: u32,
+}
+
+/// One polygon: its corners end where `end` says, and begin where those of the one before end.
+#[derive(Clone, Copy, Debug)]
+struct Polygon {
+    end: usize,
+    /// Offset of its line in the file.
+    at: usize,
+    slot: u32,
+}
+
+/// All that a file says about a surface.
+#[derive(Debug, Default)]
+pub(super) struct Soup<'a> {
+    pub positions: Vec<Vec3>,
+    pub normals: Vec<Vec3>,
+    pub uvs: Vec<Vec2>,
+    /// Linear Rec. 709, one per position or none.
+    pub colors: Vec<[f32; 3]>,
+    /// Linear Rec. 709, one per polygon or none.
+    pub face_colors: Vec<[f32; 3]>,
+    /// Positions that are no finite numbers, as pairs of index and place in ascending order.
+    pub broken: Vec<(u32, Token<'a>)>,
+    corners: Vec<Corner>,
+    polygons: Vec<Polygon>,
+}
+
+impl<'a> Soup<'a> {
+    /// Adds a corner to the polygon that [`Soup::finish_polygon`] ends.
+    #[inline]
+    pub fn corner(&mut self, corner: Corner) {
+        self.corners.push(corner);
+    }
+
+    /// Number of corners since the last polygon.
+    pub fn open_corners(&self) -> usize {
+        self.corners.len() - self.polygons.last().map_or(0, |p| p.end)
+    }
+
+    /// Takes back the corners since the last polygon.
+    pub fn drop_corners(&mut self) {
+        self.corners.truncate(self.polygons.last().map_or(0, |p| p.end));
+    }
+
+    /// Makes a polygon of the corners since the last one. `at`: offset of its line.
+    pub fn finish_polygon(&mut self, at: usize, slot: u32) {
+        self.polygons.push(Polygon { end: self.corners.len(), at, slot });
+    }
+
+    /// The polygons with their line and corners.
+    pub fn polygons(&self) -> impl Iterator<Item = (usize, &[Corner])> {
+        let starts = std::iter::once(0).chain(self.polygons.iter().map(|p| p.end));
+        starts.zip(&self.polygons).map(|(start, p)| (p.at, &self.corners[start..p.end]))
+    }
+
+    /// Removes normal and texture indices beyond the lists.
+    pub fn drop_wild_attributes(&mut self) {
+        let (normals, uvs) = (self.normals.len() as u32, self.uvs.len() as u32);
+        for c in &mut self.corners {
+            c.normal = if c.normal < normals { c.normal } else { NONE };
+            c.uv = if c.uv < uvs { c.uv } else { NONE };
+        }
+    }
+
+    /// Removes the indices of normals that are zero.
+    pub fn drop_zero_normals(&mut self) {
+        for c in &mut self.corners {
+            let normal = self.normals.get(c.normal as usize);
+            c.normal = if normal == Some(&Vec3::ZERO) { NONE } else { c.normal };
+        }
+    }
+
+    /// Cuts the polygons into triangles. Position indices must be in range. Polygons with a corner that is no
+    /// finite point are left out with a warning.
+    pub fn into_mesh(mut self, faults: &mut Faults<'a>, line: impl Fn(usize) -> Token<'a>) -> TriangleMesh {
+        let mut mesh = TriangleMesh::default();
+        let (mut cutter, mut points, mut triangles) = (Triangulator::default(), Vec::new(), Vec::new());
+        let (mut dropped, mut fans) = (Tally::default(), Tally::default());
+        let mut start = 0;
+        for (index, polygon) in self.polygons.iter().enumerate() {
+            let corners = &self.corners[start..polygon.end];
+            start = polygon.end;
+            if let Some(at) = self.broken_corner(corners) {
+                dropped.add(at);
+                continue;
+            }
+            points.clear();
+            points.extend(corners.iter().map(|c| self.positions[c.position as usize]));
+            triangles.clear();
+            if cutter.cut(&points, &mut triangles) == Cut::TooLarge {
+                fans.add(line(polygon.at));
+            }
+            for triangle in &triangles {
+                let corner = triangle.map(|i| corners[i as usize]);
+                mesh.indices.push(corner.map(|c| c.position));
+                mesh.normal_indices.push(corner.map(|c| c.normal));
+                mesh.uv_indices.push(corner.map(|c| c.uv));
+                mesh.slots.push(polygon.slot);
+                mesh.face_colors.extend(self.face_colors.get(index));
+            }
+        }
+        let message = "a vertex is not a finite point: the faces that use it are left out";
+        faults.tally("mesh::not-finite", &dropped, message, "expected three finite numbers");
+        let message = "a polygon has too many corners and is not convex: cut as a fan from its first corner";
+        faults.tally("mesh::large-polygon", &fans, message, "cut it into triangles in the program that wrote the file");
+        for (index, _) in &self.broken {
+            self.positions[*index as usize] = Vec3::ZERO;
+        }
+        self.attributes(&mut mesh);
+        mesh
+    }
+
+    /// The place of the first vertex among the corners that is not finite.
+    fn broken_corner(&self, corners: &[Corner]) -> Option<Token<'a>> {
+        if self.broken.is_empty() {
+            return None;
+        }
+        let find = |c: &Corner| self.broken.binary_search_by_key(&c.position, |(index, _)| *index).ok();
+        corners.iter().find_map(find).map(|i| self.broken[i].1)
+    }
+
+    /// Moves the attribute lists over, without those that say nothing.
+    fn attributes(self, mesh: &mut TriangleMesh) {
+        mesh.positions = self.positions;
+        mesh.colors = self.colors;
+        let (normals, indices) = tidied(self.normals, std::mem::take(&mut mesh.normal_indices), &mesh.indices);
+        (mesh.normals, mesh.normal_indices) = (normals, indices);
+        let (uvs, indices) = tidied(self.uvs, std::mem::take(&mut mesh.uv_indices), &mesh.indices);
+        (mesh.uvs, mesh.uv_indices) = (uvs, indices);
+        if mesh.slots.iter().all(|s| *s == 0) {
+            mesh.slots = Vec::new();
+        }
+    }
+}
+
+/// Attribute values without indices that equal those of the positions; nothing if no corner uses them.
+fn tidied<T>(values: Vec<T>, own: Vec<[u32; 3]>, positions: &[[u32; 3]]) -> (Vec<T>, Vec<[u32; 3]>) {
+    if own.iter().flatten().all(|i| *i == NONE) {
+        return (Vec::new(), Vec::new());
+    }
+    let own = if own == positions { Vec::new() } else { own };
+    (values, own)
+}

@@ -1,0 +1,140 @@
+//! TOML values and keys with their places.
+
+use crate::description::{Param, Value, ValueKind};
+use crate::diagnostic::Diagnostics;
+use crate::span::{FileId, Span};
+use ::toml::Spanned;
+use ::toml::de::{DeTable, DeValue, Error};
+use std::ops::Range;
+
+/// Syntax faults reported for one file: after that many the rest follows from the first.
+const MOST_FAULTS: usize = 20;
+
+/// The span of a range of bytes of a file.
+pub fn span(file: FileId, range: Range<usize>) -> Span {
+    let clamp = |n: usize| u32::try_from(n).unwrap_or(u32::MAX);
+    Span { file, start: clamp(range.start), len: clamp(range.len()) }
+}
+
+/// Converts a parsed value; what TOML has and scenes have not (dates) becomes a text.
+pub fn value(file: FileId, parsed: &Spanned<DeValue<'_>>) -> Value {
+    let kind = match parsed.get_ref() {
+        DeValue::String(s) => ValueKind::String(s.to_string()),
+        DeValue::Integer(i) => match i64::from_str_radix(i.as_str(), i.radix()) {
+            Ok(v) => ValueKind::Int(v),
+            // Beyond 64 bits: as a number it may still be meant; where a whole number is, it is out of range.
+            Err(_) => ValueKind::Float(wide_int(i.as_str(), i.radix())),
+        },
+        DeValue::Float(f) => ValueKind::Float(f.as_str().parse().unwrap_or(f64::NAN)),
+        DeValue::Boolean(b) => ValueKind::Bool(*b),
+        DeValue::Datetime(d) => ValueKind::String(d.to_string()),
+        DeValue::Array(list) => ValueKind::Array(list.iter().map(|v| value(file, v)).collect()),
+        DeValue::Table(table) => ValueKind::Table(params(file, table)),
+    };
+    Value { kind, span: span(file, parsed.span()) }
+}
+
+fn wide_int(digits: &str, radix: u32) -> f64 {
+    let radix = f64::from(radix);
+    let (sign, digits) = digits.strip_prefix('-').map_or((1.0, digits), |rest| (-1.0, rest));
+    let digit = |c: char| c.to_digit(36).map_or(0.0, f64::from);
+    sign * digits.chars().filter(|c| c.is_alphanumeric()).fold(0.0, |sum, c| sum * radix + digit(c))
+}
+
+/// The entries of a table in file order.
+pub fn params(file: FileId, table: &DeTable<'_>) -> Vec<Param> {
+    let mut params: Vec<Param> = table
+        .iter()
+        .map(|(key, v)| Param {
+            name: key.get_ref().to_string(),
+            name_span: span(file, key.span()),
+            value: value(file, v),
+        })
+        .collect();
+    params.sort_by_key(|p| p.name_span.start);
+    params
+}
+
+/// Reports syntax faults; true if there are any.
+pub fn report_syntax(file: FileId, text: &str, errors: &[Error], out: &mut Diagnostics) -> bool {
+    let mut last = None;
+    for error in errors.iter().take(MOST_FAULTS) {
+        let range = error.span().unwrap_or(0..0);
+        // The parser goes on inside what it could not read; a second fault at the same place only repeats the first.
+        if last == Some(range.start) {
+            continue;
+        }
+        last = Some(range.start);
+        let end = range.end.min(text.len());
+        let found = text.get(range.start.min(end)..end).unwrap_or("");
+        let (message, help) = explain(error.message(), found);
+        out.error("toml::syntax", span(file, range), message).help = help;
+    }
+    if errors.len() > MOST_FAULTS {
+        let message = format!("{} more syntax faults are not shown", errors.len() - MOST_FAULTS);
+        out.error("toml::syntax", Span::NONE, message);
+    }
+    !errors.is_empty()
+}
+
+/// The parser's message in our words, and a hint for the common mistakes.
+fn explain(message: &str, found: &str) -> (String, String) {
+    let found: String = found.chars().take(40).collect();
+    let (what, help) = match message {
+        "duplicate key" => (
+            format!("`{found}` is defined twice"),
+            "a key or table can be given once; give the second one another name or remove it",
+        ),
+        m if m.contains("recurse further") || m.contains("recursion limit") => {
+            ("lists and tables are nested too deeply, expected at most 80 levels".to_owned(), "")
+        }
+        m if m.starts_with("string values must be quoted") => (
+            format!("a text without quotes, expected a value{}", seen(&found)),
+            "put texts in quotes: material = \"red\", color = \"#ff8000\"",
+        ),
+        m => (format!("syntax error: {m}{}", seen(&found)), ""),
+    };
+    (what, help.to_owned())
+}
+
+fn seen(found: &str) -> String {
+    if found.trim().is_empty() { String::new() } else { format!(", found {found:?}") }
+}
+
+/// Reads one value; used for `--set`. `None` if the text is no TOML value.
+pub fn read_value(text: &str, file: FileId, offset: usize) -> Option<Value> {
+    let parsed = DeValue::parse(text).ok()?;
+    let mut value = value(file, &parsed);
+    shift(&mut value, u32::try_from(offset).ok()?);
+    Some(value)
+}
+
+fn shift(value: &mut Value, by: u32) {
+    value.span.start += by;
+    match &mut value.kind {
+        ValueKind::Array(list) => list.iter_mut().for_each(|v| shift(v, by)),
+        ValueKind::Table(entries) => {
+            for entry in entries {
+                entry.name_span.start += by;
+                shift(&mut entry.value, by);
+            }
+        }
+        _ => {}
+    }
+}
+
+/// The parts of a dotted key with their places, or `None` if the text is no key.
+pub fn read_key_path(text: &str, file: FileId) -> Option<Vec<(String, Span)>> {
+    let line = format!("{text} = 0");
+    let parsed = DeTable::parse(&line).ok()?;
+    let mut path = Vec::new();
+    let mut table = parsed.get_ref();
+    loop {
+        let (key, value) = table.iter().next()?;
+        path.push((key.get_ref().to_string(), span(file, key.span())));
+        match value.get_ref() {
+            DeValue::Table(inner) => table = inner,
+            _ => return Some(path),
+        }
+    }
+}

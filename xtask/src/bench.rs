@@ -1,0 +1,59 @@
+//! Figures on this machine.
+
+use crate::json;
+use crate::run::{Call, Outcome, release_binary};
+
+const RUNS: usize = 3;
+
+/// Runs the benchmark called `name`, or all.
+pub fn run(name: Option<&str>) -> Outcome {
+    match name {
+        Some("kernels") => kernels(),
+        Some("cornell") => cornell(),
+        None => kernels().and_then(|()| cornell()),
+        Some(other) => Err(format!("no benchmark `{other}`: kernels, cornell")),
+    }
+}
+
+fn kernels() -> Outcome {
+    Call::cargo(&["bench", "-p", "penombre-bvh"]).status()
+}
+
+/// Times the built-in box as the command renders it: median of three runs.
+fn cornell() -> Outcome {
+    Call::cargo(&["build", "--release", "-p", "penombre-cli"]).status()?;
+    let folder = std::env::temp_dir().join(format!("penombre-bench-{}", std::process::id()));
+    std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+    let image = folder.join("cornell.pfm").to_string_lossy().into_owned();
+    let render = Call::new(release_binary(), &["render", "cornell", "--json", "--no-progress", "-o", &image]);
+    let lines: Result<Vec<String>, String> = (0..RUNS).map(|_| render.output()).collect();
+    std::fs::remove_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
+    let lines = lines?;
+    for (key, unit) in [("render_s", "s"), ("mrays_per_s", "Mrays/s"), ("msamples_per_s", "Msamples/s")] {
+        let values: Option<Vec<f64>> = lines.iter().map(|line| json::number(line, key)).collect();
+        let values = values.ok_or_else(|| format!("`{}`: no number `{key}` in its JSON", render.typed()))?;
+        println!("cornell {key}: {:.3} {unit} (median of {RUNS})", median(values));
+    }
+    Ok(())
+}
+
+/// Middle value of an odd number of figures.
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn median_is_the_middle_value() {
+        assert!((median(vec![3.0, 1.0, 2.0]) - 2.0).abs() < 1e-12);
+    }
+
+    #[test]
+    fn unknown_names_are_refused() {
+        assert!(run(Some("nothing")).unwrap_err().contains("kernels, cornell"));
+    }
+}

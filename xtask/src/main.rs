@@ -1,0 +1,53 @@
+//! Project tasks: `cargo xtask test [--slow] | tidy | gallery | bench [NAME] | help`.
+#![forbid(unsafe_code)]
+#![allow(clippy::print_stdout, clippy::print_stderr, reason = "a command of the workshop talks to a person")]
+
+mod bench;
+mod gallery;
+mod json;
+mod run;
+mod test;
+mod tidy;
+
+use std::process::ExitCode;
+
+const HELP: &str = "\
+cargo xtask TASK
+
+  test [--slow]    everything that must hold before a change is taken: format, tidy, clippy, tests, documentation,
+                   release build, comparison with the oracle. --slow adds long sweeps and the unoptimised build
+  tidy             house rules: crate and room graph, lengths, forbidden calls, citations
+  gallery          renders the pictures of the README into docs/images/
+  bench [NAME]     figures on this machine: kernels, cornell (default: both)
+  help             this page
+
+Needs: the toolchain of rust-toolchain or rust-version with rustfmt and clippy, a C linker (Debian: build-essential),
+python3 for the oracle.";
+
+fn main() -> ExitCode {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    let outcome = match words.as_slice() {
+        ["test"] => test::run(false),
+        ["test", "--slow"] => test::run(true),
+        ["tidy"] => tidy::run(),
+        ["gallery"] => gallery::run(),
+        ["bench"] => bench::run(None),
+        ["bench", name] => bench::run(Some(name)),
+        [] | ["help" | "--help" | "-h"] => {
+            println!("{HELP}");
+            Ok(())
+        }
+        other => {
+            eprintln!("error: unknown task `{}`\n\n{HELP}", other.join(" "));
+            return ExitCode::from(2);
+        }
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("error: {message}");
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -1,0 +1,163 @@
+//! `cargo xtask test`: every check in order, each announced and timed, stopping at the first that fails.
+
+mod bits;
+mod python;
+mod tally;
+
+use std::time::Instant;
+
+use crate::run::{Call, Outcome, release_binary, test_data};
+use crate::tidy;
+use tally::Tally;
+
+type Action = Box<dyn FnOnce(&mut Tally) -> Outcome>;
+
+/// One check: its name, what to type to repeat it, and what it does.
+struct Step {
+    name: &'static str,
+    repeat: String,
+    action: Action,
+}
+
+impl Step {
+    fn call(name: &'static str, call: Call) -> Self {
+        Self { name, repeat: call.typed(), action: Box::new(move |_| call.status()) }
+    }
+
+    /// A run of `cargo test`, whose results are counted.
+    fn tests(name: &'static str, call: Call) -> Self {
+        let call = match test_data() {
+            Some(folder) => call.env("PENOMBRE_TESTDATA", folder),
+            None => call,
+        };
+        Self {
+            name,
+            repeat: call.typed(),
+            action: Box::new(move |tally| call.lines(|line| tally.line(line))),
+        }
+    }
+}
+
+/// Runs all steps; `slow` adds the long ones.
+pub fn run(slow: bool) -> Outcome {
+    let mut tally = Tally::default();
+    require_components()?;
+    if test_data().is_none() {
+        tally.not_run("NOT RUN: tests on the big corpora: no folder `shared` beside the workspace and no PENOMBRE_TESTDATA");
+    }
+    let python = python::find_or_install();
+    if python.is_none() {
+        tally.not_run("NOT RUN: comparison with the oracle: no python3 (Debian: apt-get install python3)");
+    }
+    tally.print_not_run();
+    run_steps(steps(slow, python.as_deref()), tally)
+}
+
+/// The steps in order: cheap ones first.
+fn steps(slow: bool, python: Option<&str>) -> Vec<Step> {
+    let clippy = ["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"];
+    let tests = Call::cargo(&["test", "--workspace", "--", "--show-output"]);
+    let docs = Call::cargo(&["doc", "--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings");
+    let mut steps = vec![
+        Step::call("format", Call::cargo(&["fmt", "--all", "--check"])),
+        Step { name: "tidy", repeat: "cargo xtask tidy".into(), action: Box::new(|_| tidy::run()) },
+        Step::call("clippy", Call::cargo(&clippy)),
+        Step::tests("tests", tests),
+        Step::call("documentation", docs),
+        Step::call("release build", Call::cargo(&["build", "--release", "-p", "penombre-cli"])),
+    ];
+    if let Some(python) = python {
+        let unit = Call::new(python, &["-B", "-m", "unittest", "discover", "tests/oracle"]);
+        steps.push(Step::call("oracle's own tests", unit));
+        let size = if slow { [].as_slice() } else { ["--quick"].as_slice() };
+        let arguments = [["-B", "tests/oracle/compare.py"].as_slice(), size].concat();
+        let compare = Call::new(python, &arguments).env("PENOMBRE_BIN", release_binary());
+        steps.push(Step::call("comparison with the oracle", compare));
+    }
+    if slow {
+        let sweeps = Call::cargo(&["test", "--workspace", "--release", "--", "--show-output"]);
+        steps.push(Step::tests("slow tests", sweeps.env("PENOMBRE_SLOW", "1")));
+        steps.push(Step {
+            name: "same bits without optimisation",
+            repeat: "cargo xtask test --slow".into(),
+            action: Box::new(|_| bits::compare_profiles()),
+        });
+    }
+    steps
+}
+
+fn run_steps(steps: Vec<Step>, mut tally: Tally) -> Outcome {
+    let (count, start) = (steps.len(), Instant::now());
+    let mut summary = Vec::new();
+    let mut failure = None;
+    for (i, step) in steps.into_iter().enumerate() {
+        println!("\n=== {}/{count} {}: {}", i + 1, step.name, step.repeat);
+        let begin = Instant::now();
+        let outcome = (step.action)(&mut tally);
+        let (word, seconds) = (if outcome.is_ok() { "ok" } else { "FAILED" }, begin.elapsed().as_secs_f64());
+        println!("=== {word}: {} ({seconds:.1} s)", step.name);
+        summary.push(format!("{word:>6} {seconds:7.1} s  {}", step.name));
+        if let Err(message) = outcome {
+            failure = Some(format!("{}: {message}\nrepeat it with: {}", step.name, step.repeat));
+            break;
+        }
+    }
+    println!("\n{}", summary.join("\n"));
+    tally.print_totals();
+    tally.print_not_run();
+    let failed = usize::from(failure.is_some());
+    println!("whole run: {:.0} s", start.elapsed().as_secs_f64());
+    if failed > 0 {
+        println!("steps after the failure, not run: {}", count - summary.len());
+    }
+    println!("{} passed, {failed} failed", summary.len() - failed);
+    failure.map_or(Ok(()), Err)
+}
+
+/// Refuses to begin without the two components that a minimal toolchain lacks.
+fn require_components() -> Outcome {
+    for (command, component) in [("fmt", "rustfmt"), ("clippy", "clippy")] {
+        if !Call::cargo(&[command, "--version"]).succeeds() {
+            return Err(format!("`cargo {command}` is missing: rustup component add {component}"));
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    fn names(steps: &[Step]) -> Vec<&str> {
+        steps.iter().map(|s| s.name).collect()
+    }
+
+    #[test]
+    fn the_oracle_needs_python_and_slow_adds_steps() {
+        let plain = steps(false, Some("python3"));
+        assert!(plain.iter().any(|s| s.repeat.contains("compare.py --quick")));
+        let slow = steps(true, Some("python3"));
+        assert!(slow.iter().any(|s| s.repeat.ends_with("compare.py")));
+        assert!(names(&slow).contains(&"slow tests") && !names(&plain).contains(&"slow tests"));
+        assert!(!names(&steps(false, None)).iter().any(|n| n.contains("oracle")));
+    }
+
+    #[test]
+    fn a_failing_step_ends_the_run_and_names_the_command() {
+        let ran = Arc::new(AtomicUsize::new(0));
+        let step = |name, result: Outcome| {
+            let ran = Arc::clone(&ran);
+            let action: Action = Box::new(move |_| {
+                ran.fetch_add(1, Ordering::Relaxed);
+                result
+            });
+            Step { name, repeat: format!("type {name}"), action }
+        };
+        let steps = vec![step("one", Ok(())), step("two", Err("broke".into())), step("three", Ok(()))];
+        let message = run_steps(steps, Tally::default()).unwrap_err();
+        assert_eq!(ran.load(Ordering::Relaxed), 2);
+        assert!(message.contains("two: broke") && message.contains("repeat it with: type two"));
+    }
+}
