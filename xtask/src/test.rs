@@ -47,7 +47,7 @@ pub fn run(slow: bool) -> Outcome {
     }
     let python = python::find_or_install();
     if python.is_none() {
-        tally.not_run("NOT RUN: comparison with the oracle: no python3 (Debian: apt-get install python3)");
+        tally.not_run("NOT RUN: comparison with the oracle: no python3 of 3.11 or newer (Debian: apt-get install python3)");
     }
     tally.print_not_run();
     run_steps(steps(slow, python.as_deref()), tally)

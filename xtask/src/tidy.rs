@@ -47,6 +47,7 @@ pub fn run() -> Outcome {
     println!("tidy: {}", lengths::statistics(&tree));
     match findings.len() {
         0 => Ok(()),
+        1 => Err("one breach of the house rules".into()),
         n => Err(format!("{n} breaches of the house rules")),
     }
 }

@@ -1,7 +1,7 @@
 //! Rays per second on one thread: `cargo bench -p penombre-bvh`.
 //!
-//! Primary rays come from a camera in pixel order; shadow rays go from what they hit to random points of a small
-//! light. Figures are the best of several passes over the same rays.
+//! Primary rays come from a camera in pixel order; shadow rays go from what they hit to random points of a
+//! small light. Figures are the best of several passes over the same rays.
 #![allow(clippy::print_stdout)]
 
 use penombre_bvh::{BuildOptions, Bvh, Geometry, Hit, Quad, Ray, Sphere, Triangles};
@@ -11,11 +11,10 @@ use std::hint::black_box;
 use std::time::Instant;
 
 #[path = "../src/tests/meshes.rs"]
-#[allow(dead_code)]
 mod meshes;
 
-const SIDE: usize = 512;
-const PASSES: usize = 5;
+const SIDE: usize = 256;
+const PASSES: usize = 40;
 
 struct View {
     name: &'static str,

@@ -10,7 +10,8 @@ use std::collections::BTreeSet;
 use std::fmt;
 use std::sync::Arc;
 
-/// A bounding volume hierarchy: an immutable set of primitives that answers rays. Share it between threads freely.
+/// A bounding volume hierarchy: an immutable set of primitives that answers rays. Share it between threads
+/// freely.
 pub struct Bvh {
     pub(crate) tree: Tree,
     kernel: Kernel,
@@ -56,17 +57,21 @@ impl Tree {
 
 impl fmt::Debug for Bvh {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.debug_struct("Bvh").field("bounds", &self.bounds()).field("stats", &self.stats).finish_non_exhaustive()
+        f.debug_struct("Bvh")
+            .field("bounds", &self.bounds())
+            .field("stats", &self.stats)
+            .finish_non_exhaustive()
     }
 }
 
 impl Bvh {
-    /// Builds the hierarchy of all `geometries`. Their order is that of [`Hit::geometry`]. Primitives that cannot be
-    /// hit are skipped and counted. The result depends on the arguments only; hits do not even depend on `options`.
+    /// Builds the hierarchy of all `geometries`. Their order is that of [`Hit::geometry`]. Primitives that
+    /// cannot be hit are skipped and counted. The result depends on the arguments only; hits do not even
+    /// depend on `options`.
     ///
     /// # Errors
-    /// A triangle with a vertex index out of range, an instance of a hierarchy with instances, or more than 2²⁹
-    /// primitives.
+    /// A triangle with a vertex index out of range, an instance of a hierarchy with instances, or more than
+    /// 2²⁹ primitives.
     pub fn build(geometries: Vec<Geometry>, options: &BuildOptions) -> Result<Self, BuildError> {
         let collected = builder::collect(&geometries)?;
         let skipped = collected.skipped;
@@ -75,9 +80,9 @@ impl Bvh {
         Ok(Self { tree, kernel: Kernel::best(), stats })
     }
 
-    /// The closest hit of one ray, [`Hit::MISS`] if there is none. Of several at the same distance, the one with the
-    /// smallest place in the list of geometries (an instance counts by its own), then in the nested list, then
-    /// primitive index.
+    /// The closest hit of one ray, [`Hit::MISS`] if there is none. Of several at the same distance, the one
+    /// with the smallest place in the list of geometries (an instance counts by its own), then in the nested
+    /// list, then primitive index.
     pub fn closest(&self, ray: &Ray) -> Hit {
         let mut hit = [Hit::MISS];
         self.kernel.closest(self, std::slice::from_ref(ray), &mut hit);

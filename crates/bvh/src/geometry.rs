@@ -4,7 +4,8 @@ use crate::Bvh;
 use penombre_math::{Transform, Vec3};
 use std::sync::Arc;
 
-/// One entry of the list given to [`Bvh::build`]; its place in the list is the `geometry` of a [`crate::Hit`].
+/// One entry of the list given to [`Bvh::build`]; its place in the list is the `geometry` of a
+/// [`crate::Hit`].
 #[derive(Clone, Debug)]
 pub enum Geometry {
     /// A triangle mesh, hit from both sides.
@@ -38,6 +39,9 @@ pub struct Sphere {
 }
 
 /// A parallelogram: the points `origin + u·sides[0] + v·sides[1]` with `u`, `v` in \[0, 1\].
+///
+/// Its edges reach out by two ulps of its largest corner coordinate (`u` and `v` are clamped), so that walls
+/// given by rounded corners and sides leave no gap between them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quad {
     /// The corner at `u = v = 0`.

@@ -1,7 +1,7 @@
 //! Picks the instruction set. The only unsafe code of the crate.
 //!
-//! The same source is compiled twice, for the baseline and for AVX2 (without fused multiply-add). All arithmetic is
-//! plain IEEE, so both give the same bits; a test compares them.
+//! The same source is compiled twice, for the baseline and for AVX2 (without fused multiply-add). All
+//! arithmetic is plain IEEE, so both give the same bits; a test compares them.
 #![allow(unsafe_code)]
 
 use crate::{Bvh, Hit, Ray, traverse};

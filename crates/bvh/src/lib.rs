@@ -1,9 +1,9 @@
 //! Which surface does a ray meet first? Bounding volume hierarchies over triangles, spheres, parallelograms,
 //! disks and instances.
 //!
-//! The crate knows rays and ids, no materials and no shading. Build a [`Bvh`] once from [`Geometry`], then ask
-//! it for the closest hit ([`Bvh::closest`]) or for any hit at all ([`Bvh::occluded`]), one ray at a time or,
-//! better, in batches.
+//! The crate knows rays and ids, no materials and no shading. Build a [`Bvh`] once from [`Geometry`], then
+//! ask it for the closest hit ([`Bvh::closest`]) or for any hit at all ([`Bvh::occluded`]), one ray at a time
+//! or, better, in batches.
 //!
 //! ```
 //! use penombre_bvh::{BuildOptions, Bvh, Geometry, Quad, Ray, Sphere};
@@ -18,23 +18,23 @@
 //! assert!(hit.is_hit());
 //! assert_eq!((hit.geometry, hit.prim, hit.t), (0, 0, 3.0));
 //!
-//! // From above the ball, the floor cannot see straight up.
+//! // Right below the ball, the floor cannot see the sky.
 //! assert!(bvh.occluded(&Ray::new(Vec3::new(0.0, -0.999, 0.0), Vec3::Y, 1e-3, 10.0)));
 //! # Ok::<(), penombre_bvh::BuildError>(())
 //! ```
 //!
 //! # What holds
 //!
-//! * **One answer.** The hit returned is the one that a loop over all primitives would find, bit for bit: boxes
-//!   are conservative for the *computed* distance of every primitive, and among equal distances the smallest
-//!   (top-level geometry, nested geometry, primitive) wins. Instruction sets, the tree's shape, one ray a call or
-//!   a batch change nothing.
+//! * **One answer.** The hit returned is the one that a loop over all primitives would find, bit for bit:
+//!   boxes are conservative for the *computed* distance of every primitive, and among equal distances the
+//!   smallest (top-level geometry, nested geometry, primitive) wins. Instruction sets, the tree's shape, one
+//!   ray a call or a batch change nothing.
 //! * **Watertight.** No ray slips between triangles that share an edge (\[Woop2013\]), nor between
 //!   parallelograms that do.
-//! * **Bad data harms nobody.** Degenerate or non-finite primitives are never hit and counted in [`Stats`]; rays
-//!   with a zero or non-finite direction or origin hit nothing.
-//! * Distances are measured in the length of `dir`, which need not be 1, and survive the change into the space of
-//!   an instance.
+//! * **Bad data harms nobody.** Degenerate or non-finite primitives are never hit and counted in [`Stats`];
+//!   rays with a zero or non-finite direction or origin hit nothing.
+//! * Distances are measured in the length of `dir`, which need not be 1, and survive the change into the
+//!   space of an instance.
 //! * Direction components below 2⁻⁴⁰ of the largest count as zero.
 #![deny(unsafe_code)]
 

@@ -2,20 +2,21 @@
 //!
 //! # Why no box hides a hit
 //!
-//! Call `T` the largest |t| at which the ray meets the two planes of a box across the ray's main axis; it grows
-//! with the box. With `u` = 2⁻²⁴:
+//! Call `T` the largest |t| at which the ray meets the two planes of a box across the ray's main axis; it
+//! grows with the box. With `u` = 2⁻²⁴:
 //!
 //! * A triangle is accepted exactly if the ray meets a triangle whose vertices are moved by rounding: every
-//!   coordinate relative to the origin by a factor 1 ± 2u, and by 4u·|S·z| for the shear ([`crate::primitive`]).
-//!   Divided by the direction that is 2u·|t| + 4u·T; planes with |t| beyond 2T decide nothing.
+//!   coordinate relative to the origin by a factor 1 ± 2u, and by 4u·|S·z| for the shear
+//!   ([`crate::primitive`]). Divided by the direction that is 2u·|t| + 4u·T; planes with |t| beyond 2T decide
+//!   nothing.
 //! * The plane distances of the box carry 3 roundings (\[Ize2013\]), 3u·|t|.
 //! * Spheres lose half of the double precision digits where a ray grazes them: below 3u·T.
 //! * The distance is rounded to `f32`: u·T.
 //!
 //! In sum less than 16u·T = 2⁻²⁰·T, taken off the entry and added to the exit, plus a constant for underflow.
-//! Arithmetic in double precision may also move a point aside, by a share of the distance `D` to the farthest corner:
-//! that is taken off in space (see [`BoxRay`]), since a ray along a plane has no distance to it.
-//! NaN (a plane through the origin along the ray, or overflow) never rejects a box.
+//! Arithmetic in double precision may also move a point aside, by a share of the distance `D` to the farthest
+//! corner: that is taken off in space (see [`BoxRay`]), since a ray along a plane has no distance to it. NaN
+//! (a plane through the origin along the ray, or overflow) never rejects a box.
 
 use crate::prepared::PreparedRay;
 use penombre_math::{Bounds3, Vec3};
@@ -103,8 +104,8 @@ impl Node {
         self.children[lane]
     }
 
-    /// Tests all boxes. `limit` is the best distance so far in the units of the box ray. With `SPREAD` the spatial
-    /// allowance is taken per box, else it is in the ray already.
+    /// Tests all boxes. `limit` is the best distance so far in the units of the box ray. With `SPREAD` the
+    /// spatial allowance is taken per box, else it is in the ray already.
     #[inline(always)]
     pub(crate) fn cross<const SPREAD: bool>(&self, ray: &BoxRay, limit: f32) -> Crossing {
         let near: [&[f32; WIDTH]; 3] = std::array::from_fn(|k| &self.planes[ray.near_rows[k]]);
@@ -170,8 +171,9 @@ pub(crate) struct BoxRay {
 }
 
 impl BoxRay {
-    /// `aside` is the allowance for points moved aside, as a share of the distance to the farthest corner of a
-    /// box; with `SPREAD` each box takes its own distance, else that to the corners of `bounds` goes for all.
+    /// `aside` is the allowance for points moved aside, as a share of the distance to the farthest corner of
+    /// a box; with `SPREAD` each box takes its own distance, else that to the corners of `bounds` goes for
+    /// all.
     #[inline(always)]
     pub(crate) fn new<const SPREAD: bool>(ray: &PreparedRay, bounds: &Bounds3, aside: f32) -> Self {
         let shift = if SPREAD || aside == 0.0 { 0.0 } else { farthest(ray.origin, bounds) * aside };
@@ -204,8 +206,8 @@ impl BoxRay {
     }
 }
 
-/// Bound on what an underflowing product of the shear can cost, in lengths of the main axis: 2⁻¹⁵⁰ there, divided by
-/// the smallest direction ratio 2⁻⁴⁰, with a margin.
+/// Bound on what an underflowing product of the shear can cost, in lengths of the main axis: 2⁻¹⁵⁰ there,
+/// divided by the smallest direction ratio 2⁻⁴⁰, with a margin.
 const UNDERFLOW: f32 = 1.0 / ((1u128 << 105) as f32);
 
 /// The largest distance per axis from `origin` to a corner.

@@ -38,8 +38,8 @@ pub struct Hit {
     pub u: f32,
     /// Triangle: barycentric weight of vertex 2. Quad: coordinate along side 1, in \[0, 1\]. Otherwise 0.
     pub v: f32,
-    /// Index of the geometry in the list the hierarchy was built from; for a hit inside an instance, in the list of
-    /// the nested hierarchy.
+    /// Index of the geometry in the list the hierarchy was built from; for a hit inside an instance, in the
+    /// list of the nested hierarchy.
     pub geometry: u32,
     /// Index of the primitive in its geometry.
     pub prim: u32,

@@ -1,7 +1,7 @@
 //! The way of a ray through the trees.
 
 use crate::bvh::Tree;
-use crate::node::{BoxRay, ChildRef, Crossing, Kind, WIDTH};
+use crate::node::{BoxRay, ChildRef, Crossing, Kind, Node, WIDTH};
 use crate::prepared::PreparedRay;
 use crate::query::{Any, Closest, Query};
 use crate::{Bvh, Hit, Ray};
@@ -110,14 +110,7 @@ fn walk<Q: Query, const TOP: bool>(
             let node = &tree.nodes[current.index()];
             let crossing = node.cross::<TOP>(&boxes, boxes.limit(query.limit()));
             if crossing.mask != 0 {
-                let lane = crossing.mask.trailing_zeros() as usize;
-                current = node.child(lane % WIDTH);
-                let others = crossing.mask & (crossing.mask - 1);
-                if others != 0 {
-                    let first = Waiting { entry: crossing.entry[lane % WIDTH], child: current };
-                    let child = |lane: usize| node.child(lane);
-                    current = spread::<Q>(&crossing, first, others, child, stack);
-                }
+                current = spread::<Q>(&crossing, node, stack);
                 continue;
             }
         } else if visit_leaf::<Q, TOP>(tree, current, ray, query, stack, instance) {
@@ -135,33 +128,36 @@ fn walk<Q: Query, const TOP: bool>(
 
 /// Picks the child to visit now (the nearest, if that matters) and pushes the others, the farthest first.
 #[inline(always)]
-fn spread<Q: Query>(
-    crossing: &Crossing,
-    first: Waiting,
-    mut others: u32,
-    child: impl Fn(usize) -> ChildRef,
-    stack: &mut Stack,
-) -> ChildRef {
-    let mut sorted = [first; WIDTH];
-    let mut count = 1;
-    while others != 0 {
-        let lane = others.trailing_zeros() as usize % WIDTH;
-        others &= others - 1;
-        let new = Waiting { entry: crossing.entry[lane], child: child(lane) };
-        let mut place = count;
+fn spread<Q: Query>(crossing: &Crossing, node: &Node, stack: &mut Stack) -> ChildRef {
+    let mut rest = crossing.mask;
+    let mut next = || {
+        let lane = rest.trailing_zeros() as usize % WIDTH;
+        rest &= rest.wrapping_sub(1);
+        (Waiting { entry: crossing.entry[lane], child: node.child(lane) }, rest == 0)
+    };
+    let (mut nearest, mut last) = next();
+    let mut far = [nearest; WIDTH];
+    let mut count = 0;
+    while !last {
+        let mut new;
+        (new, last) = next();
         if Q::NEAREST_FIRST {
-            while place > 0 && sorted[place - 1].entry < new.entry {
-                sorted[place] = sorted[place - 1];
+            if new.entry < nearest.entry {
+                std::mem::swap(&mut new, &mut nearest);
+            }
+            let mut place = count;
+            while place > 0 && far[(place - 1) % WIDTH].entry < new.entry {
+                far[place % WIDTH] = far[(place - 1) % WIDTH];
                 place -= 1;
             }
+            far[place % WIDTH] = new;
+            count += 1;
+        } else {
+            stack.push(new);
         }
-        sorted[place] = new;
-        count += 1;
     }
-    for &waiting in &sorted[..count - 1] {
-        stack.push(waiting);
-    }
-    sorted[count - 1].child
+    far[..count.min(WIDTH)].iter().for_each(|&waiting| stack.push(waiting));
+    nearest.child
 }
 
 #[inline(always)]
@@ -205,9 +201,9 @@ fn visit_leaf<Q: Query, const TOP: bool>(
                 return false;
             }
             let record = &tree.instances[leaf.index()];
-            return record.local_ray(ray).is_some_and(|local| {
-                walk_nested(&record.bvh.tree, &local, query, stack, record.index)
-            });
+            return record
+                .local_ray(ray)
+                .is_some_and(|local| walk_nested(&record.bvh.tree, &local, query, stack, record.index));
         }
     };
     meeting.is_some_and(|meeting| query.offer(meeting, key, instance))

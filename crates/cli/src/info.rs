@@ -69,7 +69,7 @@ fn to_text(prepared: &Prepared, summary: &Summary) -> String {
         ("lights", list(&summary.lights)),
         ("cameras", names.collect::<Vec<_>>().join(", ")),
         ("bounds", bounds),
-        ("memory", format!("{} tree, {} assets", bytes(summary.bvh_bytes), bytes(prepared.loaded.assets.bytes()))),
+        ("memory", format!("{} tree, {} assets", bytes(summary.bvh_bytes as u64), bytes(prepared.loaded.assets.bytes()))),
         ("render", format!(
             "{}, {}×{} pixels, {} spp",
             prepared.plan.integrator.name(),
@@ -90,7 +90,7 @@ fn triple(v: penombre_math::Vec3) -> String {
     format!("({}, {}, {})", number(v.x), number(v.y), number(v.z))
 }
 
-fn bytes(n: usize) -> String {
+fn bytes(n: u64) -> String {
     match n {
         0..1024 => format!("{n} B"),
         1024..1_048_576 => format!("{:.1} KiB", n as f64 / 1024.0),

@@ -22,7 +22,9 @@ pub fn run(args: &RenderArgs, verbosity: &Verbosity) -> Exit {
     }
     let outputs = Output::all(&args.output, &prepared.loaded.name);
     let size = prepared.plan.job.size;
-    if !outputs.iter().map(|o| o.check(size)).fold(true, |all, ok| all && ok) {
+    // All of them, so that all faults are told at once.
+    let faulty = outputs.iter().filter(|o| !o.check(size)).count();
+    if faulty > 0 {
         return Exit::Usage;
     }
     let options = write_options(args, &prepared);
@@ -39,7 +41,8 @@ pub fn run(args: &RenderArgs, verbosity: &Verbosity) -> Exit {
         terminal::err("interrupted before the first sample: nothing was saved");
         return Exit::Interrupted;
     }
-    if !outputs.iter().map(|o| o.write(&image, &options)).fold(true, |all, ok| all && ok) {
+    let unsaved = outputs.iter().filter(|o| !o.write(&image, &options)).count();
+    if unsaved > 0 {
         return Exit::Failure;
     }
     tell(args, verbosity, &render, &image, &measured, &outputs);

@@ -172,11 +172,11 @@ pub fn linearise(
     samples: &mut Vec<f32>,
 ) {
     let color = transfer.table(max);
-    let alpha = if channels % 2 == 0 { Transfer::Linear.table(max) } else { Vec::new() };
+    let alpha = if channels.is_multiple_of(2) { Transfer::Linear.table(max) } else { Vec::new() };
     let mut channel = 0;
     for code in codes {
         channel += 1;
-        let is_alpha = channel == channels && channels % 2 == 0;
+        let is_alpha = channel == channels && channels.is_multiple_of(2);
         let table = if is_alpha { &alpha } else { &color };
         samples.push(table[usize::from(code)]);
         if channel == channels {

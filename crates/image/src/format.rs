@@ -103,7 +103,7 @@ mod tests {
         }
         for name in ["a.tga", "a", ".png", "a.", "png"] {
             let message = Format::from_path(Path::new(name)).unwrap_err().to_string();
-            for part in Format::EXTENSIONS.iter().chain(&[&name]) {
+            for part in Format::EXTENSIONS.iter().chain([&name]) {
                 assert!(message.contains(*part), "{message} lacks {part}");
             }
         }

@@ -21,7 +21,7 @@ pub struct WriteOptions {
     /// Exposure of 8-bit files in stops (EV): values are multiplied by 2^exposure before the tone curve.
     pub exposure: f32,
     /// Names and texts to keep in the file: text chunks in PNG, comments in JPEG and Radiance, string attributes in
-    /// OpenEXR. Netpbm and PFM have no place for them.
+    /// OpenEXR. (there, names of the format's own get the prefix `text.`). Netpbm and PFM have no place for them.
     pub metadata: Vec<(String, String)>,
     /// Write `.ppm` exactly as the course program does: P3, all pixels on one line, truncated instead of rounded, no
     /// tone curve; but values below 0 and NaN are written as 0, where that program would write a negative
@@ -80,6 +80,12 @@ pub fn encode(
 ) -> Result<(), ImageErrorKind> {
     if image.pixel_count() == 0 {
         let reason = format!("an image of {} × {} pixels cannot be written", image.width(), image.height());
+        return Err(ImageErrorKind::NotWritable { format, reason });
+    }
+    if let Some((name, _)) =
+        options.metadata.iter().find(|(name, text)| name.contains('\0') || text.contains('\0'))
+    {
+        let reason = format!("the text of {name:?} has a NUL character");
         return Err(ImageErrorKind::NotWritable { format, reason });
     }
     match format {
@@ -165,7 +171,7 @@ mod tests {
 
     #[test]
     fn panics_of_decoders_are_caught_and_marked() {
-        assert_eq!(contain_panic(|| panic_is_contained()), Some(true));
+        assert_eq!(contain_panic(panic_is_contained), Some(true));
         assert!(!panic_is_contained());
         assert_eq!(contain_panic(|| -> u8 { panic!("expected in this test") }), None);
         assert!(!panic_is_contained());

@@ -23,13 +23,17 @@ impl ToneCurve {
     /// Display value, 0 to 1, of a linear one. NaN gives 0.
     #[must_use]
     pub fn apply(self, linear: f32) -> f32 {
-        // `max` first: it gives 0 for NaN, which `clamp` would keep.
-        let cut = linear.max(0.0).min(1.0);
+        let cut = unit(linear);
         match self {
             Self::Raw => cut,
             Self::Srgb => srgb_encode(cut).min(1.0),
         }
     }
+}
+
+/// The value cut to 0…1; NaN gives 0 (`clamp` would keep it).
+pub(crate) fn unit(value: f32) -> f32 {
+    if value > 0.0 { value.min(1.0) } else { 0.0 }
 }
 
 impl fmt::Display for ToneCurve {

@@ -2,8 +2,8 @@
 
 use crate::special::gamma_q;
 
-/// Bins with fewer expected counts than this are pooled, as is the custom (and pbrt's): the statistic of smaller ones does not
-/// follow the χ² distribution well.
+/// Bins with fewer expected counts than this are pooled, as is the custom (and pbrt's): the statistic of
+/// smaller ones does not follow the χ² distribution well.
 const LEAST_EXPECTED: f64 = 5.0;
 /// Share of all counts that may lie in bins where none is expected: rounding at the border of a support.
 const STRAY_SHARE: f64 = 1e-5;
@@ -32,8 +32,8 @@ pub struct ChiSquare {
 
 /// Pearson's χ² test of observed counts against expected ones with the same sum.
 ///
-/// Bins are pooled, smallest first, until each expects 5 counts or more. Counts where zero is expected make the
-/// p-value 0 if they are more than 10⁻⁵ of all.
+/// Bins are pooled, smallest first, until each expects 5 counts or more. Counts where zero is expected make
+/// the p-value 0 if they are more than 10⁻⁵ of all.
 ///
 /// # Panics
 /// If the slices differ in length, or an expected count is negative or not finite.
@@ -80,7 +80,8 @@ pub fn chi_square_uniform(observed: &[f64]) -> ChiSquare {
     chi_square(observed, &vec![mean; observed.len()])
 }
 
-/// The significance for each of `tests` independent tests such that all together have the significance `alpha`: 1 − (1 − α)^(1/n).
+/// The significance for each of `tests` independent tests such that all together have the significance
+/// `alpha`: 1 − (1 − α)^(1/n).
 pub fn sidak(alpha: f64, tests: usize) -> f64 {
     -((-alpha).ln_1p() / tests.max(1) as f64).exp_m1()
 }

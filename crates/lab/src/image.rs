@@ -26,8 +26,8 @@ pub struct Layout {
     pub height: usize,
     /// Values per pixel.
     pub channels: usize,
-    /// Edge length of the square blocks in pixels, at least 1; blocks at the right and lower border may be smaller. 1 compares pixel by
-    /// pixel, 8 sees fainter differences.
+    /// Edge length of the square blocks in pixels, at least 1; blocks at the right and lower border may be
+    /// smaller. 1 compares pixel by pixel, 8 sees fainter differences.
     pub block: usize,
 }
 
@@ -63,7 +63,8 @@ impl BlockReport {
         1.0 - self.failures.len() as f64 / self.tests.max(1) as f64
     }
 
-    /// True if at least 99.75 % of the tests passed: a few may fail because variances are estimates themselves.
+    /// True if at least 99.75 % of the tests passed: a few may fail because variances are estimates
+    /// themselves.
     pub fn passes(&self) -> bool {
         self.pass_share() >= PASSING_SHARE
     }
@@ -85,8 +86,8 @@ impl fmt::Display for BlockReport {
     }
 }
 
-/// Compares the means of blocks of two independently estimated images by Z-tests, all together at significance
-/// `alpha`. Values that are not finite fail their block.
+/// Compares the means of blocks of two independently estimated images by Z-tests, all together at
+/// significance `alpha`. Values that are not finite fail their block.
 ///
 /// # Panics
 /// If a slice has not `width · height · channels` values or the block is empty.

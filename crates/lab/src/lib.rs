@@ -1,11 +1,12 @@
-//! Statistics for tests: goodness of fit, means, images, directions on the sphere, and random numbers to feed them.
+//! Statistics for tests: goodness of fit, means, images, directions on the sphere, and random numbers to feed
+//! them.
 //!
-//! A dev-dependency: it knows no type of the renderer, only slices and closures. It uses the system's elementary
-//! functions, since its verdicts, unlike pictures, need no equal bits.
+//! A dev-dependency: it knows no type of the renderer, only slices and closures. It uses the system's
+//! elementary functions, since its verdicts, unlike pictures, need no equal bits.
 //!
-//! How to use a p-value here: it is the probability of data at least as odd as the observed if the hypothesis is true. A
-//! test takes a fixed seed, states its significance α (0.01 by custom, [`sidak`] for many tests at once) and fails
-//! if `p < α`. With a fixed seed the outcome never changes from run to run.
+//! How to use a p-value here: it is the probability of data at least as odd as the observed if the hypothesis
+//! is true. A test takes a fixed seed, states its significance α (0.01 by custom, [`sidak`] for many tests at
+//! once) and fails if `p < α`. With a fixed seed the outcome never changes from run to run.
 
 #![forbid(unsafe_code)]
 

@@ -58,7 +58,8 @@ impl FromIterator<f64> for Moments {
     }
 }
 
-/// Two-sided test that a normal estimate with a known variance has the mean `expected`. Without variance, equality counts.
+/// Two-sided test that a normal estimate with a known variance has the mean `expected`. Without variance,
+/// equality counts.
 pub fn z_test(estimate: f64, variance_of_estimate: f64, expected: f64) -> TestResult {
     let statistic = standardized(estimate - expected, variance_of_estimate);
     judged(statistic, |z| erfc(z * std::f64::consts::FRAC_1_SQRT_2))

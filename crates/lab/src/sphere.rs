@@ -8,8 +8,8 @@ const ABSOLUTE: f64 = 1e-8;
 const RELATIVE: f64 = 1e-4;
 /// A bin is halved in both angles at most this often.
 const DEEPEST: u32 = 9;
-/// A bin whose count is off by more than 3 deviations at first is integrated again, halved at least this often: a
-/// narrow lobe may have slipped between the nodes. A right density only gains from that.
+/// A bin whose count is off by more than 3 deviations at first is integrated again, halved at least this
+/// often: a narrow lobe may have slipped between the nodes. A right density only gains from that.
 const DEEP: u32 = 4;
 /// Error granted to the integral of the density.
 const MASS_TOLERANCE: f64 = 2e-3;
@@ -36,7 +36,8 @@ impl Default for DensityCheck {
 /// The outcome of a [`DensityCheck`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct DensityReport {
-    /// The test of shape: counts of the bins against the density, scaled to the number of directions that came.
+    /// The test of shape: counts of the bins against the density, scaled to the number of directions that
+    /// came.
     pub shape: ChiSquare,
     /// Integral of the density over the sphere.
     pub integral: f64,
@@ -66,8 +67,8 @@ pub struct BinDifference {
 }
 
 impl DensityReport {
-    /// True if nothing is wrong at significance `alpha` (for several checks use [`crate::sidak`]): all values are
-    /// sound, the shape fits, and directions come as often as the integral of the density says.
+    /// True if nothing is wrong at significance `alpha` (for several checks use [`crate::sidak`]): all values
+    /// are sound, the shape fits, and directions come as often as the integral of the density says.
     pub fn passes(&self, alpha: f64) -> bool {
         let mass_error = (self.hit_share - self.integral).abs();
         self.bad_directions == 0
@@ -82,13 +83,14 @@ impl fmt::Display for DensityReport {
         let ChiSquare { statistic, degrees_of_freedom, p_value, pooled } = self.shape;
         writeln!(
             f,
-            "chi² {statistic:.1} with {degrees_of_freedom} degrees of freedom ({pooled} bins pooled): p = {p_value:.3e}"
+            "chi² {statistic:.1}, {degrees_of_freedom} degrees of freedom, {pooled} bins pooled: p = {p_value:.3e}"
         )?;
         writeln!(
             f,
-            "integral of the density {:.5}, share of samples with a direction {:.5} ± {:.5}; bad directions {}, bad densities {}",
-            self.integral, self.hit_share, self.hit_deviation, self.bad_directions, self.bad_densities
+            "integral of the density {:.5}, share of samples with a direction {:.5} ± {:.5}",
+            self.integral, self.hit_share, self.hit_deviation
         )?;
+        writeln!(f, "bad directions {}, bad densities {}", self.bad_directions, self.bad_densities)?;
         for b in &self.worst {
             let (theta, phi) = (b.theta.to_degrees(), b.phi.to_degrees());
             writeln!(f, "  θ {theta:.2}° φ {phi:.2}°: {} counted, {:.1} expected", b.observed, b.expected)?;
@@ -107,12 +109,13 @@ pub fn check_density(
 }
 
 impl DensityCheck {
-    /// Draws directions, counts them in bins, and compares the counts with the integral of the density over each
-    /// bin.
+    /// Draws directions, counts them in bins, and compares the counts with the integral of the density over
+    /// each bin.
     ///
-    /// `sample` returns a unit direction (`None`: absorbed), `pdf` its density per solid angle, which may integrate to less than 1
-    /// if `sample` returns `None` accordingly. Leave perfectly specular parts out of both. The sampler should use independent
-    /// numbers from the generator: stratified ones make counts too even.
+    /// `sample` returns a unit direction (`None`: absorbed), `pdf` its density per solid angle, which may
+    /// integrate to less than 1 if `sample` returns `None` accordingly. Leave perfectly specular parts out of
+    /// both. The sampler should use independent numbers from the generator: stratified ones make counts too
+    /// even.
     pub fn run(
         &self,
         mut sample: impl FnMut(&mut Pcg32) -> Option<[f32; 3]>,
@@ -153,7 +156,8 @@ impl DensityCheck {
             let Some(direction) = sample(&mut rng) else { continue };
             let [x, y, z] = direction.map(f64::from);
             let length = (x * x + y * y + z * z).sqrt();
-            if !((length - 1.0).abs() < 1e-4) {
+            let unit = (length - 1.0).abs() < 1e-4; // false for NaN
+            if !unit {
                 counted.bad += 1;
                 continue;
             }

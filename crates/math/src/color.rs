@@ -11,15 +11,15 @@ pub fn luminance(rgb: [f32; 3]) -> f32 {
     LUMINANCE[0] * rgb[0] + LUMINANCE[1] * rgb[1] + LUMINANCE[2] * rgb[2]
 }
 
-/// Linear value of an sRGB-encoded one (IEC 61966-2-1), rounded once from double precision. Values above 1 follow
-/// the same curve, negative ones its linear part; NaN stays NaN.
+/// Linear value of an sRGB-encoded one (IEC 61966-2-1), rounded once from double precision. Values above 1
+/// follow the same curve, negative ones its linear part; NaN stays NaN.
 #[inline]
 pub const fn srgb_decode(encoded: f32) -> f32 {
     decode_wide(encoded as f64) as f32
 }
 
-/// sRGB-encoded value of a linear one (IEC 61966-2-1), rounded once from double precision. Values above 1 follow the
-/// same curve, negative ones its linear part; NaN stays NaN.
+/// sRGB-encoded value of a linear one (IEC 61966-2-1), rounded once from double precision. Values above 1
+/// follow the same curve, negative ones its linear part; NaN stays NaN.
 #[inline]
 pub const fn srgb_encode(linear: f32) -> f32 {
     encode_wide(linear as f64) as f32

@@ -1,8 +1,8 @@
 //! Piecewise constant distributions, sampled by inversion.
 //!
-//! Probabilities are whole multiples of 2⁻²⁴, the grain of the uniform numbers: what `pdf` says is exactly what
-//! `sample` does, not a rounding of it. A bin of zero weight is never sampled, a bin of positive weight always can be,
-//! however small it is beside the others (for up to 2²² bins): the estimates stay unbiased.
+//! Probabilities are whole multiples of 2⁻²⁴, the grain of the uniform numbers: what `pdf` says is exactly
+//! what `sample` does, not a rounding of it. A bin of zero weight is never sampled, a bin of positive weight
+//! always can be, however small it is beside the others (for up to 2²² bins): the estimates stay unbiased.
 
 use crate::Vec2;
 
@@ -27,8 +27,8 @@ pub struct DiscreteSample {
     pub index: usize,
     /// Its probability, above 0.
     pub probability: f32,
-    /// Where the uniform number lay within the bin's share, in [0, 1): fit for use again, with as many bits fewer
-    /// as the choice took.
+    /// Where the uniform number lay within the bin's share, in [0, 1): fit for use again, with as many bits
+    /// fewer as the choice took.
     pub remapped: f32,
 }
 
@@ -41,8 +41,9 @@ pub struct Distribution1D {
 }
 
 impl Distribution1D {
-    /// From bin weights in any unit. Negative and NaN weights count as 0, infinite ones as the largest float. If
-    /// all are 0 the distribution is uniform and its [`integral`](Self::integral) 0. `None` if there are no weights.
+    /// From bin weights in any unit. Negative and NaN weights count as 0, infinite ones as the largest float.
+    /// If all are 0 the distribution is uniform and its [`integral`](Self::integral) 0. `None` if there are
+    /// no weights.
     pub fn new(weights: &[f32]) -> Option<Self> {
         if weights.is_empty() {
             return None;
@@ -52,17 +53,13 @@ impl Distribution1D {
         Some(Self { cdf, integral: (total / weights.len() as f64) as f32 })
     }
 
-    /// The number of bins.
-    pub fn len(&self) -> usize {
+    /// The number of bins, at least 1.
+    pub fn bins(&self) -> usize {
         self.cdf.len() - 1
     }
 
-    /// Never true: a distribution has bins.
-    pub fn is_empty(&self) -> bool {
-        false
-    }
-
-    /// The mean weight, which is the integral of the weights as a function on [0, 1]. 0 if nothing has weight.
+    /// The mean weight, which is the integral of the weights as a function on [0, 1]. 0 if nothing has
+    /// weight.
     pub fn integral(&self) -> f32 {
         self.integral
     }
@@ -74,7 +71,7 @@ impl Distribution1D {
 
     /// Density at `x`; 0 outside [0, 1) and for NaN.
     pub fn pdf(&self, x: f32) -> f32 {
-        bin_of(x, self.len()).map_or(0.0, |i| share(&self.cdf, i) * self.len() as f32)
+        bin_of(x, self.bins()).map_or(0.0, |i| share(&self.cdf, i) * self.bins() as f32)
     }
 
     /// A bin, drawn with its probability by `u` ∈ [0, 1).
@@ -89,7 +86,7 @@ impl Distribution1D {
 
     /// Probability of the bin `index`; 0 if there is no such bin.
     pub fn probability(&self, index: usize) -> f32 {
-        if index < self.len() { share(&self.cdf, index) } else { 0.0 }
+        if index < self.bins() { share(&self.cdf, index) } else { 0.0 }
     }
 }
 
@@ -116,8 +113,8 @@ pub struct Distribution2D {
 }
 
 impl Distribution2D {
-    /// From `width`·`height` weights, row by row. Odd weights are treated as by [`Distribution1D::new`]. `None` if there are
-    /// none or their number is another.
+    /// From `width`·`height` weights, row by row. Odd weights are treated as by [`Distribution1D::new`].
+    /// `None` if there are none or their number is another.
     pub fn new(weights: &[f32], width: usize, height: usize) -> Option<Self> {
         if weights.is_empty() || width.checked_mul(height) != Some(weights.len()) {
             return None;
@@ -140,10 +137,11 @@ impl Distribution2D {
 
     /// Number of rows.
     pub fn height(&self) -> usize {
-        self.rows.len()
+        self.rows.bins()
     }
 
-    /// The mean weight, which is the integral of the weights as a function on [0, 1]². 0 if nothing has weight.
+    /// The mean weight, which is the integral of the weights as a function on [0, 1]². 0 if nothing has
+    /// weight.
     pub fn integral(&self) -> f32 {
         self.rows.integral
     }
@@ -218,7 +216,8 @@ struct Place {
 fn find(cdf: &[f32], u: f32) -> Place {
     // NaN and numbers out of range go to an end.
     let u = if u >= 0.0 { u.min(1.0f32.next_down()) } else { 0.0 };
-    // The last bin that begins at or below u: later bins of zero width begin there too only if the share is theirs.
+    // The last bin that begins at or below u: later bins of zero width begin there too only if the share is
+    // theirs.
     let index = cdf.partition_point(|&c| c <= u) - 1;
     let inside = ((u - cdf[index]) / share(cdf, index)).min(1.0f32.next_down());
     Place { index, inside }

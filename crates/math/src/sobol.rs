@@ -1,12 +1,13 @@
 //! Low-discrepancy and independent points as pure functions of an index and a seed.
 //!
-//! The points are *padded*: every pair of dimensions takes a fresh seed, and with it a fresh scrambling of the
-//! first two Sobol dimensions and a fresh order \[Burley2020\]. In the order of the index they are a scrambled
-//! (0, 2)-sequence in base 2: each aligned block of 2ᵏ indices puts exactly one point into each of the 2ᵏ
-//! elementary boxes of every shape. Nothing depends on how many points will be taken.
+//! The points are *padded*: every pair of dimensions takes a fresh seed, and with it a fresh scrambling of
+//! the first two Sobol dimensions and a fresh order \[Burley2020\]. In the order of the index they are a
+//! scrambled (0, 2)-sequence in base 2: each aligned block of 2ᵏ indices puts exactly one point into each of
+//! the 2ᵏ elementary boxes of every shape. Nothing depends on how many points will be taken.
 //!
-//! The price of padding in an order that serves every prefix: an integrand that is a pure product of functions of
-//! two *padded* dimensions, each of mean zero, has about 1.6 times the variance it has with independent points.
+//! The price of padding in an order that serves every prefix: an integrand that is a pure product of
+//! functions of two *padded* dimensions, each of mean zero, has about 1.6 times the variance it has with
+//! independent points.
 
 use crate::hash::{combine, combine64, mix64, unit_f32};
 
@@ -25,8 +26,8 @@ const fn keys(seed: u32) -> Keys {
     Keys { order, first: bits as u32, second: (bits >> 32) as u32 }
 }
 
-/// Laine and Karras' permutation, in which a bit is flipped depending on `seed` and the bits *below* it only; constants of
-/// the improved variant of \[Vegdahl2021\]. `seed` must be mixed well.
+/// Laine and Karras' permutation, in which a bit is flipped depending on `seed` and the bits *below* it only;
+/// constants of the improved variant of \[Vegdahl2021\]. `seed` must be mixed well.
 #[inline]
 const fn laine_karras(mut x: u32, seed: u32) -> u32 {
     x ^= x.wrapping_mul(0x3d20_adea);
@@ -36,15 +37,15 @@ const fn laine_karras(mut x: u32, seed: u32) -> u32 {
     x ^ x.wrapping_mul(0x53a2_2864)
 }
 
-/// Nested uniform (Owen) scrambling of a binary fraction `x` (the top bit weighs ½): each bit is flipped or not
-/// depending on the bits above it and `seed`, which should be well mixed ([`crate::hash`]).
+/// Nested uniform (Owen) scrambling of a binary fraction `x` (the top bit weighs ½): each bit is flipped or
+/// not depending on the bits above it and `seed`, which should be well mixed ([`crate::hash`]).
 #[inline]
 pub const fn owen_scramble(x: u32, seed: u32) -> u32 {
     laine_karras(x.reverse_bits(), seed).reverse_bits()
 }
 
-/// The second Sobol dimension of an index, bits reversed: bit k is the sum modulo 2 of all index bits j with C(j, k) odd, that
-/// is, whose number j holds all binary digits of k. Five steps do one digit each.
+/// The second Sobol dimension of an index, bits reversed: bit k is the sum modulo 2 of all index bits j with
+/// C(j, k) odd, that is, whose number j holds all binary digits of k. Five steps do one digit each.
 #[inline]
 const fn second_dimension_reversed(mut i: u32) -> u32 {
     i ^= (i >> 1) & 0x5555_5555;

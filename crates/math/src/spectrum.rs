@@ -4,8 +4,8 @@ use crate::color::luminance;
 use glam::Vec4;
 use std::ops::{Add, AddAssign, Div, Index, Mul, MulAssign, Neg, Sub};
 
-/// Four lanes of radiance, reflectance or throughput: linear Rec. 709 red, green, blue and an idle fourth lane
-/// (held at zero) that a spectral mode will use. Integrators treat all four alike.
+/// Four lanes of radiance, reflectance or throughput: linear Rec. 709 red, green, blue and an idle fourth
+/// lane (held at zero) that a spectral mode will use. Integrators treat all four alike.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Spectrum(Vec4);
 

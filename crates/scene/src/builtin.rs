@@ -231,7 +231,8 @@ mod tests {
         // Both spheres of the box touch the floor.
         let scene = builtin("cornell").unwrap();
         for name in ["left-sphere", "right-sphere"] {
-            let lowest = get(&scene, Role::Shape, name, "center")[1] - get(&scene, Role::Shape, name, "radius")[0];
+            let lowest =
+                get(&scene, Role::Shape, name, "center")[1] - get(&scene, Role::Shape, name, "radius")[0];
             assert_eq!(lowest, -2.0);
         }
     }

@@ -216,7 +216,8 @@ impl<T: Into<Self>, const N: usize> From<[T; N]> for Value {
 }
 impl<const N: usize> From<[(&str, Value); N]> for Value {
     fn from(entries: [(&str, Value); N]) -> Self {
-        let param = |(name, value): (&str, Self)| Param { name: name.to_owned(), name_span: Span::NONE, value };
+        let param =
+            |(name, value): (&str, Self)| Param { name: name.to_owned(), name_span: Span::NONE, value };
         ValueKind::Table(entries.map(param).into_iter().collect()).into()
     }
 }

@@ -5,11 +5,16 @@
 //! shape: readers emit type names and parameters, and the renderer's registry decides what they mean.
 #![forbid(unsafe_code)]
 
+pub mod assets;
+pub mod auto;
 pub mod builtin;
 pub mod description;
 pub mod diagnostic;
+mod digest;
+pub mod load;
 pub mod mesh;
 pub mod params;
+pub mod readers;
 pub mod report;
 pub mod schema;
 pub mod set;
@@ -17,10 +22,12 @@ pub mod span;
 mod suggest;
 pub mod toml;
 
+pub use assets::Assets;
 pub use description::{Node, NodeId, Param, Role, SceneDescription, Value, ValueKind};
 pub use diagnostic::{Diagnostic, Diagnostics, Severity};
 pub use mesh::TriangleMesh;
 pub use params::{ColorInput, FloatInput, Params};
+pub use readers::{Folders, MeshFile};
 pub use schema::{Kind, ParamDefault, ParamSpec, Range};
 pub use span::{FileId, SourceFile, Sources, Span};
 pub use suggest::nearest;

@@ -14,16 +14,19 @@ const BEFORE: usize = 60;
 /// Bytes of a long line shown from the marked place on.
 const AFTER: usize = 90;
 
-/// A fault with its source text, to be drawn by `miette`.
+/// A fault with its source text, to be drawn by one of `miette`'s handlers.
+pub fn report(diagnostic: &Diagnostic, sources: &Sources) -> miette::Report {
+    miette::Report::new(Drawn::new(diagnostic, sources))
+}
+
 #[derive(Debug)]
-pub struct Report {
+struct Drawn {
     diagnostic: Diagnostic,
     source: Option<Excerpt>,
 }
 
-impl Report {
-    /// Joins a fault with the text that it is about.
-    pub fn new(diagnostic: &Diagnostic, sources: &Sources) -> Self {
+impl Drawn {
+    fn new(diagnostic: &Diagnostic, sources: &Sources) -> Self {
         let source = sources.get(diagnostic.span.file).map(|file| Excerpt {
             name: file.name.clone(),
             text: file.text.clone(),
@@ -33,15 +36,15 @@ impl Report {
     }
 }
 
-impl fmt::Display for Report {
+impl fmt::Display for Drawn {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.diagnostic.message)
     }
 }
 
-impl std::error::Error for Report {}
+impl std::error::Error for Drawn {}
 
-impl miette::Diagnostic for Report {
+impl miette::Diagnostic for Drawn {
     fn code<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
         Some(Box::new(self.diagnostic.code))
     }
@@ -66,7 +69,8 @@ impl miette::Diagnostic for Report {
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
         let source = self.source.as_ref()?;
         let words = Some(self.diagnostic.label.as_str()).filter(|l| !l.is_empty());
-        let label = LabeledSpan::new_primary_with_span(words.map(str::to_owned), source.mark(self.diagnostic.span));
+        let label =
+            LabeledSpan::new_primary_with_span(words.map(str::to_owned), source.mark(self.diagnostic.span));
         Some(Box::new(std::iter::once(label)))
     }
 }
@@ -104,7 +108,14 @@ impl Excerpt {
     fn named<'a>(&self, data: &'a [u8], start: usize, line: usize, column: usize) -> MietteSpanContents<'a> {
         let line = line + self.first_line as usize - 1;
         let lines = data.iter().filter(|b| **b == b'\n').count() + 1;
-        MietteSpanContents::new_named(self.name.clone(), data, (start, data.len()).into(), line, column, lines)
+        MietteSpanContents::new_named(
+            self.name.clone(),
+            data,
+            (start, data.len()).into(),
+            line,
+            column,
+            lines,
+        )
     }
 }
 
@@ -120,12 +131,18 @@ impl SourceCode for Excerpt {
         let at = floor_boundary(&self.text, span.offset());
         // With no lines of context the contents begin at the place itself, which may be anywhere in its line.
         let line_start = self.text[..at].rfind('\n').map_or(0, |i| i + 1);
-        let long = data.split(|b| *b == b'\n').any(|line| line.len() > LONG_LINE) || at - line_start > LONG_LINE;
+        let long =
+            data.split(|b| *b == b'\n').any(|line| line.len() > LONG_LINE) || at - line_start > LONG_LINE;
         Ok(Box::new(if long && context_lines_before + context_lines_after > 0 {
             self.window(at)
         } else {
             let start = whole.offset();
-            self.named(&self.text.as_bytes()[start..start + whole.len()], start, contents.line(), contents.column())
+            self.named(
+                &self.text.as_bytes()[start..start + whole.len()],
+                start,
+                contents.line(),
+                contents.column(),
+            )
         }))
     }
 }
@@ -189,13 +206,14 @@ mod tests {
     }
 
     fn fault(file: FileId, start: u32, len: u32) -> Diagnostic {
-        Diagnostic::new(Severity::Error, "scene::test", Span { file, start, len }, "it is wrong").help("mend it")
+        Diagnostic::new(Severity::Error, "scene::test", Span { file, start, len }, "it is wrong")
+            .help("mend it")
     }
 
     fn drawn(diagnostic: &Diagnostic, sources: &Sources) -> String {
         let mut text = String::new();
-        let report = Report::new(diagnostic, sources);
-        miette::NarratableReportHandler::new().render_report(&mut text, &report).unwrap();
+        let report = report(diagnostic, sources);
+        miette::NarratableReportHandler::new().render_report(&mut text, report.as_ref()).unwrap();
         text
     }
 
@@ -203,10 +221,7 @@ mod tests {
     fn plain_names_the_place_in_characters() {
         let (sources, file) = sources("[a]\nä = \"ö\" # x\n", 1);
         let d = fault(file, 4 + 5, 4);
-        assert_eq!(
-            render_plain(&d, &sources),
-            "error: it is wrong\n  --> a.toml:2:5\n  help: mend it\n"
-        );
+        assert_eq!(render_plain(&d, &sources), "error: it is wrong\n  --> a.toml:2:5\n  help: mend it\n");
         let nowhere = Diagnostic { span: Span::NONE, help: String::new(), ..d };
         assert_eq!(render_plain(&nowhere, &sources), "error: it is wrong\n");
     }

@@ -6,17 +6,16 @@
 
 use crate::description::{Node, NodeId, Param, Role, SceneDescription, Value, ValueKind};
 use crate::diagnostic::Diagnostics;
-use crate::span::{FileId, Sources, Span};
+use crate::span::{FileId, Span};
 use crate::suggest::help_for;
 use crate::toml::{has_type, read_key_path, read_value};
-use std::path::Path;
 
 /// How messages call the text of an argument.
 pub const SOURCE_NAME: &str = "--set argument";
 
-/// Applies one argument to the scene. Faults point into the argument, which is added to `sources`.
-pub fn apply(argument: &str, scene: &mut SceneDescription, sources: &mut Sources, out: &mut Diagnostics) {
-    let file = sources.add(Path::new(""), SOURCE_NAME, argument);
+/// Applies one argument to the scene, or reports faults that point into it and changes nothing. `file` names the
+/// text of the argument.
+pub fn apply(argument: &str, file: FileId, scene: &mut SceneDescription, out: &mut Diagnostics) {
     let Some(set) = parse(argument, file, out) else { return };
     let mut setter = Setter { scene, out, path: &set.path };
     if let Some(target) = setter.target() {
@@ -57,8 +56,8 @@ fn parse(argument: &str, file: FileId, out: &mut Diagnostics) -> Option<Set> {
     let (path, rest) = (&argument[..equals], &argument[equals + 1..]);
     let Some(parts) = read_key_path(path, file) else {
         let at = span_of(file, 0, equals);
-        out.error("set::syntax", at, format!("{path:?} is no path, expected words with points between")).help =
-            HELP.to_owned();
+        out.error("set::syntax", at, format!("{path:?} is no path, expected words with points between"))
+            .help = HELP.to_owned();
         return None;
     };
     let start = equals + 1 + (rest.len() - rest.trim_start().len());
@@ -68,7 +67,8 @@ fn parse(argument: &str, file: FileId, out: &mut Diagnostics) -> Option<Set> {
         .or_else(|| is_word(text).then(|| Value { kind: ValueKind::String(text.to_owned()), span: at }));
     let Some(value) = value else {
         let found = if text.is_empty() { "nothing".to_owned() } else { format!("{text:?}") };
-        let message = format!("the value is {found}, expected a number, a word, a list [..], a table or a \"text\"");
+        let message =
+            format!("the value is {found}, expected a number, a word, a list [..], a table or a \"text\"");
         out.error("set::syntax", at, message).help = HELP.to_owned();
         return None;
     };
@@ -116,6 +116,14 @@ impl Setter<'_> {
             return None;
         };
         let target = match role {
+            Role::Render if self.path.len() < 2 => {
+                self.fault(
+                    0,
+                    "`render` needs a parameter".to_owned(),
+                    "write render.PARAMETER=VALUE".to_owned(),
+                );
+                return None;
+            }
             Role::Render => Target { node: self.find_or_add(role, ""), param: 1 },
             _ => self.named(role)?,
         };
@@ -123,7 +131,11 @@ impl Setter<'_> {
             return Some(target);
         }
         let path = self.scene.node(target.node).path();
-        self.fault(target.param - 1, format!("`{path}` needs a parameter"), format!("write {path}.PARAMETER=VALUE"));
+        self.fault(
+            target.param - 1,
+            format!("`{path}` needs a parameter"),
+            format!("write {path}.PARAMETER=VALUE"),
+        );
         None
     }
 
@@ -140,44 +152,49 @@ impl Setter<'_> {
 
     /// A node of a role that has names, by its name or as the only one.
     fn named(&mut self, role: Role) -> Option<Target> {
-        let nodes: Vec<(NodeId, String)> = self.scene.of_role(role).map(|(id, n)| (id, n.name.clone())).collect();
-        let word = self.path.get(1).map(|p| p.word.clone());
-        if let Some((id, _)) = nodes.iter().find(|(_, name)| Some(name) == word.as_ref()) {
+        let nodes: Vec<(NodeId, String)> =
+            self.scene.of_role(role).map(|(id, n)| (id, n.name.clone())).collect();
+        let word = self.path.get(1).map_or("", |part| &part.word);
+        if let Some((id, _)) = nodes.iter().find(|(_, name)| name == word) {
             return Some(Target { node: *id, param: 2 });
         }
-        let names: Vec<&str> = nodes.iter().map(|(_, name)| name.as_str()).collect();
-        let role_word = role.name();
-        let all = format!("{role_word}s of this scene");
-        match (&word, &nodes[..]) {
-            (Some(word), _) if role == Role::Integrator && self.path.len() > 2 => {
-                Some(Target { node: self.find_or_add(role, word), param: 2 })
-            }
-            (Some(word), [(id, _)]) if self.path.len() == 2 || self.scene.node(*id).param(word).is_some() => {
+        if role == Role::Integrator && self.path.len() > 2 {
+            return Some(Target { node: self.find_or_add(role, word), param: 2 });
+        }
+        match &nodes[..] {
+            [(id, _)] if self.path.len() == 2 || self.scene.node(*id).param(word).is_some() => {
                 Some(Target { node: *id, param: 1 })
             }
-            (None, [_]) => {
-                self.fault(0, format!("`{role_word}` needs a parameter"), format!("write {role_word}.PARAMETER=VALUE"));
+            _ => {
+                self.no_node(role, &nodes.iter().map(|(_, name)| name.as_str()).collect::<Vec<_>>());
                 None
             }
-            (_, []) if role == Role::Integrator => {
-                let message = "the path does not say which integrator".to_owned();
-                self.fault(0, message, "write integrator.NAME.PARAMETER=VALUE, for example integrator.classic.phase=2".to_owned());
-                None
+        }
+    }
+
+    /// Tells why the path names none of the nodes of a role.
+    fn no_node(&mut self, role: Role, names: &[&str]) {
+        let role_word = role.name();
+        let all = format!("{role_word}s of this scene");
+        match self.path {
+            [_] if names.len() == 1 => {
+                let help = format!("write {role_word}.PARAMETER=VALUE");
+                self.fault(0, format!("`{role_word}` needs a parameter"), help);
             }
-            (_, []) => {
-                self.fault(0, format!("the scene has no {role_word}"), String::new());
-                None
+            _ if names.is_empty() && role == Role::Integrator => {
+                let help = "write integrator.NAME.PARAMETER=VALUE, for example integrator.classic.phase=2";
+                self.fault(0, "the path does not say which integrator".to_owned(), help.to_owned());
             }
-            (Some(word), _) if self.path.len() > 2 => {
-                let help = help_for(word, &all, &names);
-                self.fault(1, format!("there is no {role_word} `{word}`"), help);
-                None
+            _ if names.is_empty() => self.fault(0, format!("the scene has no {role_word}"), String::new()),
+            [_, name, _, ..] => {
+                let help = help_for(&name.word, &all, names);
+                self.fault(1, format!("there is no {role_word} `{}`", name.word), help);
             }
             _ => {
-                let message = format!("the scene has {} {role_word}s and the path does not say which", nodes.len());
-                let help = format!("write {role_word}.NAME.PARAMETER=VALUE; {}", help_for("", &all, &names));
+                let message =
+                    format!("the scene has {} {role_word}s and the path does not say which", names.len());
+                let help = format!("write {role_word}.NAME.PARAMETER=VALUE; {}", help_for("", &all, names));
                 self.fault(0, message, help);
-                None
             }
         }
     }
@@ -193,13 +210,11 @@ impl Setter<'_> {
             put(&mut node.params, part, value);
             return;
         }
-        let inner = Value { kind: ValueKind::Table(Vec::new()), span: value.span };
-        if node.param(&part.word).is_none() {
-            put(&mut node.params, part, inner);
-        }
-        let param = node.params.iter_mut().find(|p| p.name == part.word).expect("just put there");
-        if let Err(fault) = descend(&mut param.value, &self.path[target.param + 1..], value) {
-            self.fault(target.param + 1 + fault.part, fault.message, String::new());
+        let absent = Value { kind: ValueKind::Table(Vec::new()), span: value.span };
+        let mut whole = node.param(&part.word).map_or(absent, |p| p.value.clone());
+        match descend(&mut whole, &self.path[target.param + 1..], value) {
+            Ok(()) => put(&mut node.params, part, whole),
+            Err(lost) => self.fault(target.param + 1 + lost.part, lost.message, String::new()),
         }
     }
 

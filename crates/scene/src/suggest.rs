@@ -1,5 +1,7 @@
 //! "Did you mean": the known name nearest to a misspelt one.
 
+use std::path::Path;
+
 /// Names longer than this many characters are not compared: no known name is as long.
 const LONGEST: usize = 64;
 
@@ -30,6 +32,19 @@ pub fn help_for(wanted: &str, what: &str, names: &[&str]) -> String {
         Some(name) => format!("did you mean `{name}`? {known}"),
         None => known,
     }
+}
+
+/// The name in the folder of `path` that is nearest to the file's. `None` if none is near.
+pub fn nearest_file(path: &Path) -> Option<String> {
+    /// Entries looked at in a crowded folder.
+    const MOST: usize = 4096;
+    let wanted = path.file_name()?.to_str()?;
+    let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let entries = std::fs::read_dir(folder).ok()?.take(MOST);
+    let mut names: Vec<String> = entries.filter_map(|e| e.ok()?.file_name().into_string().ok()).collect();
+    names.sort();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    nearest(wanted, &names).map(str::to_owned)
 }
 
 /// At most 24 names, separated by commas, and how many more there are.

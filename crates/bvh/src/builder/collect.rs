@@ -38,7 +38,8 @@ pub(crate) fn collect(geometries: &[Geometry]) -> Result<Collected<'_>, BuildErr
     if total > MAX_PRIMITIVES {
         return Err(BuildError::TooManyPrimitives { found: total, limit: MAX_PRIMITIVES });
     }
-    let mut all = Collected { geometries, refs: Vec::with_capacity(total), instances: Vec::new(), skipped: 0 };
+    let mut all =
+        Collected { geometries, refs: Vec::with_capacity(total), instances: Vec::new(), skipped: 0 };
     for (index, geometry) in geometries.iter().enumerate() {
         all.add(index, geometry)?;
     }

@@ -31,7 +31,8 @@ impl Default for BuildOptions {
 pub enum BuildError {
     /// A triangle names a vertex that does not exist.
     #[error(
-        "geometry {geometry}: triangle {triangle} refers to vertex {index}, but there are {vertices} vertices (counted from 0)"
+        "geometry {geometry}: triangle {triangle} refers to vertex {index}, but there are {vertices} \
+         vertices (counted from 0)"
     )]
     IndexOutOfRange {
         /// Index of the mesh in the list of geometries.
@@ -53,7 +54,9 @@ pub enum BuildError {
         geometry: usize,
     },
     /// More primitives in one hierarchy than ids can number.
-    #[error("{found} primitives in one hierarchy; at most {limit} are supported: split them into several instances")]
+    #[error(
+        "{found} primitives in one hierarchy; at most {limit} are supported: split them into several instances"
+    )]
     TooManyPrimitives {
         /// Primitives or geometries found.
         found: usize,

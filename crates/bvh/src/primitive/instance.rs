@@ -26,7 +26,8 @@ impl InstanceRecord {
         if local.is_empty() {
             return None;
         }
-        // The rounded map into local space is the truth; the way back is inverted from it, not from the other one.
+        // The rounded map into local space is the truth; the way back is inverted from it, not from the other
+        // one.
         let to_local = affine(&instance.to_world.inverse());
         let to_world = to_local.inverse();
         let world = world_bounds(&to_local, &to_world, &local)?;
@@ -43,7 +44,8 @@ impl InstanceRecord {
         })
     }
 
-    /// The ray in local space: the same distances along an unnormalised direction. Computed in `f64`, rounded once.
+    /// The ray in local space: the same distances along an unnormalised direction. Computed in `f64`, rounded
+    /// once.
     #[inline(always)]
     pub(crate) fn local_ray(&self, ray: &PreparedRay) -> Option<PreparedRay> {
         let at = wide(ray.origin);
@@ -56,8 +58,8 @@ impl InstanceRecord {
 
 const UNIT_ROUNDOFF: f64 = 1.0 / (1u32 << 24) as f64;
 
-/// Roundings to `f32` that a hit in local space may suffer, as shares of the distance to the farthest corner: origin and
-/// direction 1 each, the triangle test 12 (its errors act along local axes), the rest is margin.
+/// Roundings to `f32` that a hit in local space may suffer, as shares of the distance to the farthest corner:
+/// origin and direction 1 each, the triangle test 12 (its errors act along local axes), the rest is margin.
 const LOCAL_ROUNDINGS: f64 = 32.0;
 
 /// The exact entries of a transform.
@@ -74,8 +76,9 @@ fn norm(m: &DMat3) -> f64 {
     (0..3).map(|r| abs_sum(m.row(r).to_array())).fold(0.0, f64::max)
 }
 
-/// The box of the image of `local`. It is widened by what does not shrink as the ray comes near: rounding the local
-/// origin costs 2⁻²⁴ of the coordinates of the point hit, and cancellation in the `f64` transform 2⁻⁵⁰ of its terms.
+/// The box of the image of `local`. It is widened by what does not shrink as the ray comes near: rounding the
+/// local origin costs 2⁻²⁴ of the coordinates of the point hit, and cancellation in the `f64` transform 2⁻⁵⁰
+/// of its terms.
 fn world_bounds(to_local: &DAffine3, to_world: &DAffine3, local: &Bounds3) -> Option<Bounds3> {
     let corners = local.corners().map(|c| to_world.transform_point3(c.as_dvec3()));
     let min = corners.iter().fold(DVec3::INFINITY, |m, &c| m.min(c));

@@ -1,4 +1,7 @@
 //! Parallelograms.
+//!
+//! Walls of a room are given by corners and sides rounded to `f32`, so even parallelograms meant to share an
+//! edge leave gaps of an ulp. Edges are therefore extended by two ulps of the largest corner coordinate.
 
 use super::{Key, Meeting, abs_sum, cross, difference, dot, rounded_out, scaled, sum, wide};
 use crate::{Quad, prepared::PreparedRay};
@@ -6,6 +9,9 @@ use penombre_math::{Bounds3, Vec3};
 
 /// Share of a length by which a computed point may be off in its plane: 2⁻⁵² a step, less than 16 steps.
 const ROUNDING: f64 = 1.0 / (1u64 << 48) as f64;
+
+/// Share of the largest corner coordinate by which edges are extended: two ulps, 2⁻²³ each at most.
+const EXTENSION: f64 = 1.0 / (1u64 << 22) as f64;
 
 /// Rounding grows as the ray comes closer to the plane; beyond this factor (0.014°) it is not followed.
 const STEEPEST: f64 = 4096.0;
@@ -17,11 +23,19 @@ pub(crate) struct QuadRecord {
     /// Unit length.
     normal: [f64; 3],
     dual: [[f64; 3]; 2],
+    /// Largest length of a side times that of a dual vector (sums of components): 1 to 3, more if the sides
+    /// lean.
+    condition: f64,
     /// Tolerance of `u` and `v` at the origin of the ray …
     slack: f64,
     /// … and what each unit of distance adds.
     slack_growth: f64,
     pub(crate) key: Key,
+}
+
+fn corners(quad: &Quad) -> [[f64; 3]; 4] {
+    let (o, [s, t]) = (wide(quad.origin), quad.sides.map(wide));
+    [o, sum(o, s), sum(o, t), sum(sum(o, s), t)]
 }
 
 impl QuadRecord {
@@ -33,14 +47,17 @@ impl QuadRecord {
         if !(quad.origin.is_finite() && square > 0.0 && square < f64::INFINITY) {
             return None;
         }
-        let dual = [scaled(cross(sides[1], normal), 1.0 / square), scaled(cross(normal, sides[0]), 1.0 / square)];
+        let dual =
+            [scaled(cross(sides[1], normal), 1.0 / square), scaled(cross(normal, sides[0]), 1.0 / square)];
         let steepest = abs_sum(dual[0]).max(abs_sum(dual[1]));
         let size = abs_sum(sides[0]).max(abs_sum(sides[1]));
+        let far = corners(quad).iter().flatten().fold(0f64, |far, x| far.max(x.abs()));
         Some(Self {
             origin: quad.origin,
+            condition: steepest * size,
             normal: scaled(normal, 1.0 / square.sqrt()),
             dual,
-            slack: ROUNDING * steepest * size,
+            slack: steepest * (EXTENSION * far + ROUNDING * size),
             slack_growth: ROUNDING * steepest,
             key,
         })
@@ -48,26 +65,26 @@ impl QuadRecord {
 
     /// The box, `None` for a parallelogram that cannot be hit.
     pub(crate) fn bounds(quad: &Quad) -> Option<Bounds3> {
-        Self::new(quad, Key { geometry: 0, prim: 0 })?;
-        let (o, s) = (wide(quad.origin), quad.sides.map(wide));
-        let corners = [o, sum(o, s[0]), sum(o, s[1]), sum(sum(o, s[0]), s[1])];
-        let edge = |pick: fn(f64, f64) -> f64| {
+        let slack = Self::new(quad, Key { geometry: 0, prim: 0 })?.slack;
+        let sides = quad.sides.map(wide);
+        let corners = corners(quad);
+        let pad: [f64; 3] = std::array::from_fn(|axis| slack * (sides[0][axis].abs() + sides[1][axis].abs()));
+        let edge = |pick: fn(f64, f64) -> f64| -> [f64; 3] {
             std::array::from_fn(|axis| corners.iter().fold(corners[0][axis], |e, c| pick(e, c[axis])))
         };
-        rounded_out(edge(f64::min), edge(f64::max))
+        rounded_out(difference(edge(f64::min), pad), sum(edge(f64::max), pad))
     }
 
-    /// By how much an accepted point may lie beside the parallelogram, as a share of the distance between the ray's origin
-    /// and the farthest corner of any box around it.
+    /// By how much an accepted point may lie beside the parallelogram, as a share of the distance between the
+    /// ray's origin and the farthest corner of any box around it.
     pub(crate) fn aside(&self) -> f64 {
-        // The distance to the far corner is at least half the sum of the sides' largest components, and at least a third of
-        // any distance in the tolerance's sum of components; both sides may be exceeded.
-        let condition = self.slack / ROUNDING;
-        32.0 * ROUNDING * STEEPEST * condition.max(1.0)
+        // The distance to the far corner is at least half the sum of the sides' largest components, and at
+        // least a third of any distance in the tolerance's sum of components; both sides may be exceeded.
+        32.0 * ROUNDING * STEEPEST * self.condition.max(1.0)
     }
 
-    /// Plane first, then `u` and `v`. The tolerances make neighbours overlap by their rounding errors, so that nothing
-    /// leaks between them.
+    /// Plane first, then `u` and `v`. The tolerances make neighbours overlap by their rounding errors, so
+    /// that nothing leaks between them.
     #[inline(always)]
     pub(crate) fn meet(&self, ray: &PreparedRay) -> Option<Meeting> {
         let from_origin = difference(wide(ray.origin), wide(self.origin));

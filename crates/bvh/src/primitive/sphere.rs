@@ -23,8 +23,9 @@ impl SphereRecord {
         if r > 0.0 { rounded_out(c.map(|x| x - r), c.map(|x| x + r)) } else { None }
     }
 
-    /// The nearest intersection in range. All in `f64`; the discriminant comes from the distance of the line to the
-    /// centre, which stays accurate far away, and the smaller root from the product of both (\[Haines2019\]).
+    /// The nearest intersection in range. All in `f64`; the discriminant comes from the distance of the line
+    /// to the centre, which stays accurate far away, and the smaller root from the product of both
+    /// (\[Haines2019\]).
     #[inline(always)]
     pub(crate) fn meet(&self, ray: &PreparedRay) -> Option<Meeting> {
         let radius = f64::from(self.radius);

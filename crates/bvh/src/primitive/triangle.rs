@@ -1,10 +1,11 @@
 //! The watertight triangle test of \[Woop2013\], with exact signs.
 //!
-//! Vertices are taken relative to the origin and sheared so that the ray becomes the main axis. The three edge functions
-//! then are differences of two products of `f32` numbers. Rounding is monotone, so an `f32` edge function that is not 0 has
-//! the right sign; where it is 0 (or overflowed) the products are exact in `f64`. `f32` therefore only serves to reject,
-//! many triangles at once; whatever remains is computed in `f64`. So weights are accurate however thin the triangle is,
-//! and the distance is that of the point hit, not of another point of an edge-on triangle.
+//! Vertices are taken relative to the origin and sheared so that the ray becomes the main axis. The three
+//! edge functions then are differences of two products of `f32` numbers. Rounding is monotone, so an `f32`
+//! edge function that is not 0 has the right sign; where it is 0 (or overflowed) the products are exact in
+//! `f64`. `f32` therefore only serves to reject, many triangles at once; whatever remains is computed in
+//! `f64`. So weights are accurate however thin the triangle is, and the distance is that of the point hit,
+//! not of another point of an edge-on triangle.
 
 use super::{Key, Meeting, cross, difference, wide};
 use crate::prepared::PreparedRay;
@@ -67,22 +68,20 @@ impl TriangleBlock {
     /// The triangles that the signs of the `f32` edge functions do not exclude, as bits.
     #[inline(always)]
     pub(crate) fn candidates(&self, ray: &PreparedRay) -> u32 {
-        let mut x = [[0.0; BLOCK]; 3];
-        let mut y = [[0.0; BLOCK]; 3];
-        for vertex in 0..3 {
-            let [across, up, along] = ray.axes.map(|axis| &self.vertices[vertex][axis]);
-            let [ox, oy, oz] = ray.axes.map(|axis| ray.origin[axis]);
-            for lane in 0..BLOCK {
-                let z = along[lane] - oz;
-                x[vertex][lane] = (across[lane] - ox) - ray.shear[0] * z;
-                y[vertex][lane] = (up[lane] - oy) - ray.shear[1] * z;
-            }
-        }
+        // Rows first and one loop, so that the compiler works on whole rows.
+        let [a, b, c]: [[&Lanes; 3]; 3] =
+            self.vertices.each_ref().map(|rows| ray.axes.map(|axis| &rows[axis]));
+        let [ox, oy, oz] = ray.axes.map(|axis| ray.origin[axis]);
+        let [sx, sy] = ray.shear;
         let mut open = [0u32; BLOCK];
         for lane in 0..BLOCK {
-            let u = x[2][lane] * y[1][lane] - y[2][lane] * x[1][lane];
-            let v = x[0][lane] * y[2][lane] - y[0][lane] * x[2][lane];
-            let w = x[1][lane] * y[0][lane] - y[1][lane] * x[0][lane];
+            let (az, bz, cz) = (a[2][lane] - oz, b[2][lane] - oz, c[2][lane] - oz);
+            let (ax, ay) = ((a[0][lane] - ox) - sx * az, (a[1][lane] - oy) - sy * az);
+            let (bx, by) = ((b[0][lane] - ox) - sx * bz, (b[1][lane] - oy) - sy * bz);
+            let (cx, cy) = ((c[0][lane] - ox) - sx * cz, (c[1][lane] - oy) - sy * cz);
+            let u = cx * by - cy * bx;
+            let v = ax * cy - ay * cx;
+            let w = bx * ay - by * ax;
             let least = if u < v { u } else { v };
             let least = if w < least { w } else { least };
             let most = if u > v { u } else { v };

@@ -52,12 +52,15 @@ fn unwritable(reason: String) -> ImageErrorKind {
     ImageErrorKind::NotWritable { format: Format::Exr, reason }
 }
 
-/// A name for an attribute of ours: 1 to 255 bytes, none of the format's own names.
+/// A name for an attribute of ours, 1 to 255 bytes. The format's own names have their own types, so those get the prefix
+/// `text.`: a text must not be what keeps a finished render from its file.
 fn attribute_name(name: &str) -> Result<Text> {
-    if name.is_empty() || name.len() > 255 || standard_names::ALL.contains(&name.as_bytes()) {
-        return Err(unwritable(format!("\"{name}\" cannot be the name of a text")));
+    let own = standard_names::ALL.contains(&name.as_bytes());
+    let name = if own { format!("text.{name}") } else { name.to_owned() };
+    if name.is_empty() || name.len() > 255 {
+        return Err(unwritable(format!("a text has a name of {} bytes, not 1 to 255", name.len())));
     }
-    Ok(utf8(name))
+    Ok(utf8(&name))
 }
 
 fn utf8(text: &str) -> Text {
@@ -92,50 +95,123 @@ struct Choice {
     channels: Vec<usize>,
 }
 
+/// What the decoding library says, or what we do.
+enum Fault {
+    Library(::exr::error::Error),
+    Ours(ImageErrorKind),
+}
+
+impl From<::exr::error::Error> for Fault {
+    fn from(error: ::exr::error::Error) -> Self {
+        Self::Library(error)
+    }
+}
+
 pub fn decode(bytes: &[u8], space: ColorSpace) -> Result<Decoded> {
-    let source = Source::new(Format::Exr, bytes);
-    let library = |e: ::exr::error::Error| match e {
-        ::exr::error::Error::NotSupported(what) => source.unsupported(what, "a flat picture"),
-        e => source.fault(e.to_string(), "valid OpenEXR data"),
-    };
+    let mut cursor = Cursor::new(bytes);
+    decode_from(&mut cursor, bytes, space).map_err(|fault| {
+        let mut source = Source { format: Format::Exr, bytes, at: cursor.position() as usize };
+        match fault {
+            Fault::Ours(kind) => kind,
+            Fault::Library(::exr::error::Error::NotSupported(what)) => {
+                source.unsupported(what, "a flat picture")
+            }
+            Fault::Library(error) => {
+                if let Some(kind) = broken_attribute(&mut source) {
+                    return kind;
+                }
+                let text = error.to_string();
+                source.fault(text.trim_start_matches("invalid: "), "valid OpenEXR data")
+            }
+        }
+    })
+}
+
+/// The first attribute of the first header that runs over the end of the file.
+fn broken_attribute(source: &mut Source<'_>) -> Option<ImageErrorKind> {
+    let reached = source.at;
+    source.at = 8;
+    while source.peek()? != 0 {
+        let start = source.at;
+        let name = attribute_text(source);
+        let _kind = attribute_text(source);
+        let length = source.rest().first_chunk::<4>().map(|l| u32::from_le_bytes(*l) as usize);
+        let left = source.rest().len().saturating_sub(4);
+        match length {
+            Some(length) if length <= left => source.at += 4 + length,
+            _ => {
+                source.at = start;
+                let length = length.map_or("a cut-off length".to_owned(), |l| format!("{l} bytes"));
+                let found =
+                    format!("attribute \"{}\" of {length}", name[..name.len().min(64)].escape_ascii());
+                return Some(source.fault(found, format!("at most the {left} bytes left")));
+            }
+        }
+    }
+    source.at = reached;
+    None
+}
+
+/// A text of the header up to its closing zero, at most 255 bytes.
+fn attribute_text<'a>(source: &mut Source<'a>) -> &'a [u8] {
+    let rest = source.rest();
+    let length = rest.iter().take(255).position(|b| *b == 0).unwrap_or(rest.len().min(255));
+    source.at = (source.at + length + 1).min(source.bytes.len());
+    &rest[..length]
+}
+
+fn decode_from(
+    cursor: &mut Cursor<&[u8]>,
+    bytes: &[u8],
+    space: ColorSpace,
+) -> std::result::Result<Decoded, Fault> {
     // Headers first, with nothing allocated for pixels.
-    let reader = ::exr::block::read(Cursor::new(bytes), false).map_err(library)?;
+    let reader = ::exr::block::read(cursor, false)?;
+    let source = Source::new(Format::Exr, bytes);
     let choice = choose(reader.headers()).ok_or_else(|| {
-        source.unsupported(channel_names(reader.headers()), "a flat layer with channels R, G, B or Y")
+        let found = channel_names(reader.headers());
+        Fault::Ours(source.unsupported(found, "a flat layer with channels R, G, B or Y"))
     })?;
     let header = reader.headers()[choice.layer].clone();
-    let (width, height) = check_layer(&source, &header)?;
+    let size = check_layer(&source, &header).map_err(Fault::Ours)?;
     let channels = choice.channels.len() as u32;
-    let mut samples = room(width, height, channels)?;
-    samples.resize(width as usize * height as usize * channels as usize, 0.0);
-    let mut chunks = reader
-        .filter_chunks(false, |_, tile, block| {
-            block.layer == choice.layer && tile.is_largest_resolution_level()
-        })
-        .map_err(library)?;
+    let mut samples = room(size.0, size.1, channels).map_err(Fault::Ours)?;
+    samples.resize(size.0 as usize * size.1 as usize * channels as usize, 0.0);
+    let mut chunks = reader.filter_chunks(false, |_, tile, block| {
+        block.layer == choice.layer && tile.is_largest_resolution_level()
+    })?;
     while let Some(chunk) = chunks.read_next_chunk() {
-        let block = chunk
-            .and_then(|chunk| UncompressedBlock::decompress_chunk(chunk, chunks.meta_data(), false))
-            .map_err(library)?;
-        for line in block.lines(&header.channels) {
-            let Some(place) = choice.channels.iter().position(|c| *c == line.location.channel) else {
-                continue;
-            };
-            let start = line.location.position.1 * width as usize + line.location.position.0;
-            let row = samples
-                .get_mut(start * channels as usize..(start + line.location.sample_count) * channels as usize)
-                .ok_or_else(|| source.fault("a block outside of the picture", "blocks inside"))?;
-            let targets = row.iter_mut().skip(place).step_by(channels as usize);
-            read_line(line, header.channels.list[line.location.channel].sample_type, targets)
-                .map_err(library)?;
-        }
+        let block = UncompressedBlock::decompress_chunk(chunk?, chunks.meta_data(), false)?;
+        read_block(&block, &header, &choice, size.0 as usize, &mut samples)?;
     }
     let transfer = Transfer::of(space, Transfer::Linear);
     transfer.apply_to_colors(&mut samples, channels);
-    let was_srgb = transfer != Transfer::Linear;
-    let mut decoded = finish(Format::Exr, (width, height), channels, samples, was_srgb);
+    let mut decoded = finish(Format::Exr, size, channels, samples, transfer != Transfer::Linear);
     decoded.metadata = texts(&header);
     Ok(decoded)
+}
+
+/// Puts the chosen channels of a block where they belong in the interleaved samples of a picture of this width.
+fn read_block(
+    block: &UncompressedBlock,
+    header: &Header,
+    choice: &Choice,
+    width: usize,
+    samples: &mut [f32],
+) -> ::exr::error::UnitResult {
+    let channels = choice.channels.len();
+    for line in block.lines(&header.channels) {
+        let Some(place) = choice.channels.iter().position(|c| *c == line.location.channel) else {
+            continue;
+        };
+        let start = line.location.position.1 * width + line.location.position.0;
+        let row = samples
+            .get_mut(start * channels..(start + line.location.sample_count) * channels)
+            .ok_or_else(|| ::exr::error::Error::Invalid("a block outside of the picture".into()))?;
+        let kind = header.channels.list[line.location.channel].sample_type;
+        read_line(line, kind, row.iter_mut().skip(place).step_by(channels))?;
+    }
+    Ok(())
 }
 
 fn read_line<'a>(

@@ -81,7 +81,7 @@ fn fault(cursor: &Cursor<&[u8]>, error: Option<&DecodeErrors>) -> ImageErrorKind
         Some(DecodeErrors::ExhaustedData | DecodeErrors::IoErrors(_)) | None => {
             "the end of the file".to_owned()
         }
-        Some(error) => error.to_string(),
+        Some(error) => error.to_string().replace('"', ""),
     };
     source.fault(found, "valid JPEG data")
 }

@@ -69,7 +69,7 @@ pub fn decode(bytes: &[u8], space: ColorSpace) -> Result<Decoded> {
             Fault::Library(DecodingError::IoError(_)) => {
                 source.fault("the end of the file", "the rest of the picture, up to the IEND chunk")
             }
-            Fault::Library(error) => source.fault(error.to_string(), "a valid PNG chunk"),
+            Fault::Library(error) => source.fault(error.to_string().trim_end_matches('.'), "valid PNG data"),
         }
     })
 }

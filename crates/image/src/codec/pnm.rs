@@ -5,7 +5,7 @@ use crate::error::ImageErrorKind;
 use crate::format::Format;
 use crate::image::Image;
 use crate::io::{ColorSpace, Decoded, WriteOptions};
-use crate::tone::quantise;
+use crate::tone::{quantise, unit};
 use penombre_math::color::luminance;
 use penombre_math::float;
 use std::io::Write;
@@ -41,8 +41,8 @@ fn encode_course(image: &Image, exposure: f32, w: &mut dyn Write) -> Result<()> 
     let gain = float::exp2(exposure);
     let mut line = Vec::with_capacity(image.pixel_count() * 12 + 1);
     for value in image.rgb_pixels().flatten() {
-        // `max` gives 0 for NaN; the cast cuts the fraction off, as the course program's does.
-        let byte = (255.0 * (gain * value).max(0.0).min(1.0)) as u8;
+        // The cast cuts the fraction off, as the course program's does.
+        let byte = (255.0 * unit(gain * value)) as u8;
         write!(line, "{byte} ")?;
     }
     line.push(b'\n');

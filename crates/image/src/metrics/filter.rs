@@ -1,35 +1,41 @@
 //! Separable filters on planes of pixels.
 
 use penombre_math::float;
+use std::ops::{AddAssign, Mul};
 
 /// One number for each pixel, top row first.
 #[derive(Clone)]
-pub struct Plane {
+pub struct Plane<T> {
     pub width: usize,
     pub height: usize,
-    pub data: Vec<f32>,
+    pub data: Vec<T>,
 }
 
-impl Plane {
+impl<T: Copy + Default + Mul<Output = T> + AddAssign> Plane<T> {
     /// The plane with `row` applied along rows, then `column` along columns. Both have an odd number of weights, the middle
     /// one for the pixel itself; beyond the edge stands the value of the edge.
-    pub fn filtered(&self, row: &[f32], column: &[f32]) -> Self {
+    pub fn filtered(&self, row: &[T], column: &[T]) -> Self {
         let (w, h) = (self.width, self.height);
         let mut rows = Vec::with_capacity(self.data.len());
         for line in self.data.chunks_exact(w) {
             let radius = row.len() / 2;
-            let value = |x: usize, k: usize| line[(x + k).saturating_sub(radius).min(w - 1)];
-            rows.extend((0..w).map(|x| row.iter().enumerate().map(|(k, g)| g * value(x, k)).sum::<f32>()));
+            for x in 0..w {
+                let mut sum = T::default();
+                for (k, g) in row.iter().enumerate() {
+                    sum += *g * line[(x + k).saturating_sub(radius).min(w - 1)];
+                }
+                rows.push(sum);
+            }
         }
         let mut data = Vec::with_capacity(rows.len());
         for y in 0..h {
             let radius = column.len() / 2;
             let start = data.len();
-            data.resize(start + w, 0.0f32);
+            data.resize(start + w, T::default());
             for (k, g) in column.iter().enumerate() {
                 let from = (y + k).saturating_sub(radius).min(h - 1) * w;
                 for (out, v) in data[start..].iter_mut().zip(&rows[from..from + w]) {
-                    *out += g * v;
+                    *out += *g * *v;
                 }
             }
         }
@@ -37,7 +43,7 @@ impl Plane {
     }
 }
 
-/// e^(−x²/(2σ²)) for x from −radius to radius, and the sum.
+/// e^(−x²/(2σ²)) for x from −radius to radius.
 pub fn gaussian(sigma: f32, radius: usize) -> Vec<f32> {
     let x = |i: usize| i as f32 - radius as f32;
     (0..=2 * radius).map(|i| float::exp(-x(i) * x(i) / (2.0 * sigma * sigma))).collect()

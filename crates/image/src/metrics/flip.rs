@@ -4,6 +4,7 @@
 
 use super::filter::{Plane, gaussian, normalised};
 use crate::image::Image;
+use crate::tone::unit;
 use penombre_math::{DMat3, DVec3, float};
 
 /// Contrast sensitivity (table 1 of the paper): amplitude and width of Gaussians for the achromatic, the red–green and the
@@ -100,10 +101,8 @@ fn distance(a: [f32; 3], b: [f32; 3]) -> f32 {
     (a[0] - b[0]).abs() + (da * da + db * db).sqrt()
 }
 
-fn opponent_planes(image: &Image, colors: &Colors) -> [Plane; 3] {
-    // `max` first: it gives 0 for NaN.
-    let cut = |c: f32| c.max(0.0).min(1.0);
-    let pixels: Vec<[f32; 3]> = image.rgb_pixels().map(|rgb| colors.opponent(rgb.map(cut))).collect();
+fn opponent_planes(image: &Image, colors: &Colors) -> [Plane<f32>; 3] {
+    let pixels: Vec<[f32; 3]> = image.rgb_pixels().map(|rgb| colors.opponent(rgb.map(unit))).collect();
     std::array::from_fn(|c| Plane {
         width: image.width() as usize,
         height: image.height() as usize,
@@ -112,7 +111,7 @@ fn opponent_planes(image: &Image, colors: &Colors) -> [Plane; 3] {
 }
 
 /// What the eye resolves: the planes filtered by contrast sensitivity, in the perceptual space.
-fn perceived(planes: &[Plane; 3], pixels_per_degree: f32, colors: &Colors) -> Vec<[f32; 3]> {
+fn perceived(planes: &[Plane<f32>; 3], pixels_per_degree: f32, colors: &Colors) -> Vec<[f32; 3]> {
     let y = sensitivity(&planes[0], &ACHROMATIC, pixels_per_degree);
     let cx = sensitivity(&planes[1], &RED_GREEN, pixels_per_degree);
     let cz = sensitivity(&planes[2], &BLUE_YELLOW, pixels_per_degree);
@@ -120,7 +119,7 @@ fn perceived(planes: &[Plane; 3], pixels_per_degree: f32, colors: &Colors) -> Ve
 }
 
 /// The plane filtered with Σ a √(π/b) exp(−π² d²/b), d in degrees, normalised to sum 1.
-fn sensitivity(plane: &Plane, gaussians: &[(f32, f32)], pixels_per_degree: f32) -> Vec<f32> {
+fn sensitivity(plane: &Plane<f32>, gaussians: &[(f32, f32)], pixels_per_degree: f32) -> Vec<f32> {
     // exp(−π² d²/b) is a Gaussian with σ = √(b/2)/π.
     let sigma = |b: f32| (b / 2.0).sqrt() / PI * pixels_per_degree;
     let radius = (3.0 * sigma(WIDEST)).ceil() as usize;
@@ -147,7 +146,7 @@ struct Feature {
     point: f32,
 }
 
-fn features(achromatic: &Plane, pixels_per_degree: f32) -> Vec<Feature> {
+fn features(achromatic: &Plane<f32>, pixels_per_degree: f32) -> Vec<Feature> {
     let data = achromatic.data.iter().map(|y| (y + 16.0) / 116.0).collect();
     let plane = Plane { data, ..*achromatic };
     let sigma = 0.5 * FEATURE_WIDTH * pixels_per_degree;

@@ -1,6 +1,6 @@
 //! Structural similarity \[Wang2004\].
 
-use super::filter::{Plane, gaussian, normalised};
+use super::filter::{Plane, gaussian};
 use crate::image::Image;
 use crate::tone::ToneCurve;
 use penombre_math::color::luminance;
@@ -16,9 +16,11 @@ const C2: f64 = 9e-4;
 /// repeated.
 pub fn mean_ssim(a: &Image, b: &Image) -> f64 {
     let (a, b) = (plane(a), plane(b));
-    let weights = normalised(&gaussian(SIGMA, RADIUS));
-    let blur = |p: &Plane| p.filtered(&weights, &weights).data;
-    let product = |p: &Plane, q: &Plane| {
+    let weights: Vec<f64> = gaussian(SIGMA, RADIUS).into_iter().map(f64::from).collect();
+    let total: f64 = weights.iter().sum();
+    let weights: Vec<f64> = weights.into_iter().map(|g| g / total).collect();
+    let blur = |p: &Plane<f64>| p.filtered(&weights, &weights).data;
+    let product = |p: &Plane<f64>, q: &Plane<f64>| {
         let data = p.data.iter().zip(&q.data).map(|(p, q)| p * q).collect();
         blur(&Plane { data, ..*p })
     };
@@ -29,7 +31,7 @@ pub fn mean_ssim(a: &Image, b: &Image) -> f64 {
     for y in margin(a.height) {
         for x in margin(a.width) {
             let i = y * a.width + x;
-            let [ma, mb, aa, bb, ab] = [mean_a[i], mean_b[i], aa[i], bb[i], ab[i]].map(f64::from);
+            let [ma, mb, aa, bb, ab] = [mean_a[i], mean_b[i], aa[i], bb[i], ab[i]];
             let (va, vb, cov) = (aa - ma * ma, bb - mb * mb, ab - ma * mb);
             sum += (2.0 * ma * mb + C1) * (2.0 * cov + C2) / ((ma * ma + mb * mb + C1) * (va + vb + C2));
             count += 1;
@@ -38,8 +40,8 @@ pub fn mean_ssim(a: &Image, b: &Image) -> f64 {
     sum / count as f64
 }
 
-/// sRGB-encoded luminance.
-fn plane(image: &Image) -> Plane {
-    let data = image.rgb_pixels().map(|rgb| ToneCurve::Srgb.apply(luminance(rgb))).collect();
+/// sRGB-encoded luminance. In `f64`: a variance is a small difference of large numbers.
+fn plane(image: &Image) -> Plane<f64> {
+    let data = image.rgb_pixels().map(|rgb| f64::from(ToneCurve::Srgb.apply(luminance(rgb)))).collect();
     Plane { width: image.width() as usize, height: image.height() as usize, data }
 }

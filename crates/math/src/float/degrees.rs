@@ -25,8 +25,8 @@ fn exact_product(a: f64, b: f64) -> Product {
     Product { high, low }
 }
 
-/// Nine terms of the Taylor series Σ (−1)ᵏ z^(k−1) first!/(first + 2k)!, k = 1…; what is left out is below 2⁻⁶⁰ for
-/// z ≤ (π/4)². With z = r²: sin r = r·(1 + z·series(z, 1)) and cos r = 1 − z/2·(1 + z·series(z, 2)).
+/// Nine terms of the Taylor series Σ (−1)ᵏ z^(k−1) first!/(first + 2k)!, k = 1…; what is left out is below
+/// 2⁻⁶⁰ for z ≤ (π/4)². With z = r²: sin r = r·(1 + z·series(z, 1)) and cos r = 1 − z/2·(1 + z·series(z, 2)).
 fn series(z: f64, first: u32) -> f64 {
     let mut sum = 0.0;
     for k in (1..=9).rev() {
@@ -36,8 +36,8 @@ fn series(z: f64, first: u32) -> f64 {
     sum
 }
 
-/// Sine and cosine of an angle in degrees, in this order, within 1 ulp: exact at multiples of 30° where the value
-/// is 0, ±½ or ±1, equal at 45°. NaN for infinities.
+/// Sine and cosine of an angle in degrees, in this order, within 1 ulp: exact at multiples of 30° where the
+/// value is 0, ±½ or ±1, equal at 45°. NaN for infinities.
 pub fn sin_cos_degrees(degrees: f64) -> (f64, f64) {
     // Both steps are exact: the remainder by definition, the difference because it is a small multiple of the
     // last place of `turn`.
@@ -71,8 +71,8 @@ fn sin_cos_eighth(degrees: f64) -> (f64, f64) {
     (s, c)
 }
 
-/// The tangent of an angle in degrees, within 2 ulp: exact at multiples of 45°, infinite at 90° (with the sign of
-/// the quotient of sine and cosine).
+/// The tangent of an angle in degrees, within 2 ulp: exact at multiples of 45°, infinite at 90° (with the
+/// sign of the quotient of sine and cosine).
 pub fn tan_degrees(degrees: f64) -> f64 {
     let (s, c) = sin_cos_degrees(degrees);
     s / c

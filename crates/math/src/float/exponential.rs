@@ -6,8 +6,8 @@ use std::f64::consts::{LN_2, LOG2_E};
 /// Bits of √½ in double precision: mantissas are taken from [√½, √2).
 const SQRT_HALF_BITS: u64 = 0x3fe6_a09e_667f_3bcd;
 
-/// 2ᵗ in double precision with a relative error below 2⁻³⁹. Beyond ±200, where every `f32` over- or underflows,
-/// the argument is limited. NaN stays NaN.
+/// 2ᵗ in double precision with a relative error below 2⁻³⁹. Beyond ±200, where every `f32` over- or
+/// underflows, the argument is limited. NaN stays NaN.
 #[inline]
 const fn exp2_wide(t: f64) -> f64 {
     let t = if t > 200.0 { 200.0 } else { t };
@@ -25,8 +25,8 @@ const fn exp2_wide(t: f64) -> f64 {
     power * f64::from_bits((shifted.to_bits() << 52).wrapping_add(1.0f64.to_bits()))
 }
 
-/// log₂ x in double precision with a relative error below 2⁻⁵⁰, for positive finite `x` that is not subnormal as
-/// a double.
+/// log₂ x in double precision with a relative error below 2⁻⁵⁰, for positive finite `x` that is not subnormal
+/// as a double.
 #[inline]
 const fn log2_wide(x: f64) -> f64 {
     let bits = x.to_bits();
@@ -78,8 +78,8 @@ const fn log_special(x: f32) -> f32 {
     }
 }
 
-/// xʸ, with the special cases of C99 annex F and IEEE 754 `pow`: `pow(x, 0)` and `pow(1, y)` are 1 even for NaN;
-/// a negative `x` with a `y` that is no integer gives NaN.
+/// xʸ, with the special cases of C99 annex F and IEEE 754 `pow`: `pow(x, 0)` and `pow(1, y)` are 1 even for
+/// NaN; a negative `x` with a `y` that is no integer gives NaN.
 #[inline]
 pub const fn pow(x: f32, y: f32) -> f32 {
     if x > 0.0 && x < f32::INFINITY && y.is_finite() { pow_positive(x, y) } else { pow_special(x, y) }
@@ -91,7 +91,8 @@ const fn pow_positive(x: f32, y: f32) -> f32 {
     pow_wide(x as f64, y as f64) as f32
 }
 
-/// xʸ in double precision of a positive finite base, relative error below 2⁻³⁸ where the result fits an `f32`.
+/// xʸ in double precision of a positive finite base, relative error below 2⁻³⁸ where the result fits an
+/// `f32`.
 #[inline]
 pub(crate) const fn pow_wide(x: f64, y: f64) -> f64 {
     exp2_wide(y * log2_wide(x))

@@ -5,8 +5,8 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, PI};
 /// tan(π/8) = √2 − 1.
 const TAN_EIGHTH_PI: f64 = std::f64::consts::SQRT_2 - 1.0;
 
-/// The angle in [0, π] of the point (x, y), y ≥ 0 (the sign of a zero `x` counts), relative error below 2⁻⁴⁴. Not for infinite arguments; NaN
-/// gives NaN.
+/// The angle in [0, π] of the point (x, y), y ≥ 0 (the sign of a zero `x` counts), relative error below 2⁻⁴⁴.
+/// Not for infinite arguments; NaN gives NaN.
 #[inline]
 fn angle(y: f64, x: f64) -> f64 {
     let across = x.abs();
@@ -43,8 +43,8 @@ fn limit(v: f32) -> f64 {
     if wide > 1e200 { 1e200 } else { wide }
 }
 
-/// The angle of the point (x, y) in [−π, π]: `atan(y / x)` in the right quadrant. Special cases as in C99: the
-/// sign is that of `y`, `atan2(±0, −0)` is ±π, infinities give multiples of π/4.
+/// The angle of the point (x, y) in [−π, π]: `atan(y / x)` in the right quadrant. Special cases as in C99:
+/// the sign is that of `y`, `atan2(±0, −0)` is ±π, infinities give multiples of π/4.
 #[inline]
 pub fn atan2(y: f32, x: f32) -> f32 {
     let a = angle(limit(y), limit(x).copysign(f64::from(x))) as f32;

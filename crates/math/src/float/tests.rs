@@ -173,7 +173,9 @@ fn odd_functions_are_odd_and_even_ones_even() {
         assert!(same(cos(-x), cos(x)), "cos({x})");
         assert!(same(sin_cos(x).0, sin(x)) && same(sin_cos(x).1, cos(x)), "sin_cos({x})");
     }
-    assert!(same(sin(-0.0), -0.0) && same(tan(-0.0), -0.0) && same(asin(-0.0), -0.0) && same(atan(-0.0), -0.0));
+    assert!(
+        same(sin(-0.0), -0.0) && same(tan(-0.0), -0.0) && same(asin(-0.0), -0.0) && same(atan(-0.0), -0.0)
+    );
 }
 
 #[test]
@@ -366,7 +368,8 @@ fn degrees_are_accurate() {
         largest = largest.max(ulps_wide(s, exact_sin)).max(ulps_wide(c, exact_cos));
         let quotient = exact_sin.0 / exact_cos.0;
         let rest = exact_sin.add(exact_cos.mul(Double(-quotient, 0.0)));
-        largest_tan = largest_tan.max(ulps_wide(tan_degrees(degrees), Double(quotient, rest.0 / exact_cos.0)));
+        largest_tan =
+            largest_tan.max(ulps_wide(tan_degrees(degrees), Double(quotient, rest.0 / exact_cos.0)));
     }
     eprintln!("degrees: sine and cosine at most {largest:.3} ulp, tangent {largest_tan:.3}");
     assert!(largest < 0.8 && largest_tan < 2.0, "{largest} {largest_tan}");
@@ -392,12 +395,15 @@ fn degrees_are_exact_where_they_can_be() {
             assert_eq!(sin_cos_degrees(turn + degrees), (sin, cos), "{degrees} + {turn}");
         }
     }
-    assert_eq!((tan_degrees(45.0), tan_degrees(-45.0), tan_degrees(135.0), tan_degrees(180.0)), (1.0, -1.0, -1.0, 0.0));
+    assert_eq!(
+        (tan_degrees(45.0), tan_degrees(-45.0), tan_degrees(135.0), tan_degrees(180.0)),
+        (1.0, -1.0, -1.0, 0.0)
+    );
     assert_eq!((tan_degrees(90.0), tan_degrees(0.0)), (f64::INFINITY, 0.0));
     assert!(sin_cos_degrees(f64::INFINITY).0.is_nan() && tan_degrees(f64::NAN).is_nan());
     // No zero of the wrong sign.
-    assert!([0.0, 90.0, 180.0, 270.0, -90.0].iter().all(|d| {
-        let (s, c) = sin_cos_degrees(*d);
-        !(s == 0.0 && s.is_sign_negative()) && !(c == 0.0 && c.is_sign_negative())
-    }));
+    for degrees in [-0.0, 0.0, 90.0, 180.0, 270.0, -90.0] {
+        let (s, c) = sin_cos_degrees(degrees);
+        assert!([s, c].iter().all(|v| *v != 0.0 || v.is_sign_positive()), "{degrees}");
+    }
 }

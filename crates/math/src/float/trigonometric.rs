@@ -35,8 +35,9 @@ fn reduce(x: f32) -> Reduced {
     }
 }
 
-/// Large arguments after \[PayneHanek1983\]: x = m·2ᵉ is multiplied by those 128 bits of 2/π that matter; more
-/// significant ones add whole turns. The product, in units of 2⁻¹²⁶ quadrants, is short by less than 2²⁴ units.
+/// Large arguments after \[PayneHanek1983\]: x = m·2ᵉ is multiplied by those 128 bits of 2/π that matter;
+/// more significant ones add whole turns. The product, in units of 2⁻¹²⁶ quadrants, is short by less than 2²⁴
+/// units.
 #[cold]
 #[inline(never)]
 fn reduce_far(x: f32) -> Reduced {
@@ -45,7 +46,8 @@ fn reduce_far(x: f32) -> Reduced {
     }
     let bits = x.to_bits();
     let mantissa = u128::from((bits & 0x007f_ffff) | 0x0080_0000);
-    // x = mantissa · 2^e with −3 ≤ e ≤ 104. The window begins at the bit of weight 2^(1−e), bit 62 + e of the table.
+    // x = mantissa · 2^e with −3 ≤ e ≤ 104. The window begins at the bit of weight 2^(1−e), bit 62 + e of the
+    // table.
     let e = ((bits >> 23) & 0xff) as usize - 147;
     let start = e + 59;
     let (word, offset) = (start / 64, start % 64);

@@ -18,7 +18,8 @@ impl Decoder<'_> {
                 Some([parts[0]?, parts[1]?, parts[2]?])
             }
             ValueKind::Array(_) => {
-                self.fault("scene::wrong-length", value, "a colour of three numbers, [r, g, b]").help(COLOR_HELP);
+                self.fault("scene::wrong-length", value, "a colour of three numbers, [r, g, b]")
+                    .help(COLOR_HELP);
                 None
             }
             _ => self.wrong_type(kind, value),
@@ -30,8 +31,9 @@ impl Decoder<'_> {
             && !range.contains(i as f64)
         {
             let expected = super::expect::expected_number(range, false, "");
-            self.fault("scene::out-of-range", value, &expected)
-                .help("colours here are linear numbers; for values from 0 to 255 write an sRGB code, \"#rrggbb\"");
+            self.fault("scene::out-of-range", value, &expected).help(
+                "colours here are linear numbers; for values from 0 to 255 write an sRGB code, \"#rrggbb\"",
+            );
             return None;
         }
         self.number(value, range).map(|v| v as f32)

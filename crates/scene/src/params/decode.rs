@@ -139,9 +139,7 @@ impl Decoder<'_> {
             Kind::Reference(role) => self.reference(value, *role, kind).map(Decoded::Reference),
             Kind::Transform => self.transform(value).map(Decoded::Transform),
             Kind::Transforms => self.list(value, kind, |d, v| d.transform(v)).map(Decoded::Transforms),
-            Kind::Vec3List => {
-                self.list(value, kind, |d, v| d.vector(v, &Kind::Vec3)).map(Decoded::Vectors)
-            }
+            Kind::Vec3List => self.list(value, kind, |d, v| d.vector(v, &Kind::Vec3)).map(Decoded::Vectors),
             Kind::Vec2List => {
                 let pair = |d: &mut Self, v: &Value| d.numbers::<2>(v, &Kind::Vec2(Range::ANY), &Range::ANY);
                 let pairs = self.list(value, kind, pair)?;
@@ -192,7 +190,8 @@ impl Decoder<'_> {
         }
         let unit = self.unit;
         let finite = if v.is_finite() || *range != Range::ANY { "" } else { "finite " };
-        let expected = expected_number(range, false, unit).replacen("a number", &format!("a {finite}number"), 1);
+        let expected =
+            expected_number(range, false, unit).replacen("a number", &format!("a {finite}number"), 1);
         let help = if !range.contains(v) {
             ""
         } else if single.is_infinite() {
@@ -328,8 +327,12 @@ impl Decoder<'_> {
         let found = self.scene.find(role, name);
         if found.is_none() {
             let names: Vec<&str> = self.scene.of_role(role).map(|(_, n)| n.name.as_str()).collect();
-            let message =
-                format!("{} names {}, but there is no {} of that name", self.place(), quoted(name), role.name());
+            let message = format!(
+                "{} names {}, but there is no {} of that name",
+                self.place(),
+                quoted(name),
+                role.name()
+            );
             let help = help_for(name, &format!("{}s of this scene", role.name()), &names);
             self.report("scene::missing-reference", value.span, message).help(help);
         }
@@ -348,7 +351,8 @@ impl Decoder<'_> {
         for (i, v) in list.iter().enumerate() {
             good.extend(self.within(Step::Index(i), |d| decode(d, v)));
             if self.faults >= MOST_FAULTS && i + 1 < list.len() {
-                let message = format!("{} has more than {MOST_FAULTS} faults; the rest is not checked", self.place());
+                let message =
+                    format!("{} has more than {MOST_FAULTS} faults; the rest is not checked", self.place());
                 self.report("scene::many-faults", value.span, message);
                 return None;
             }

@@ -5,7 +5,11 @@ use crate::schema::{Kind, Range};
 
 /// A number as people write it: short, and with a point only where it has a fraction.
 pub fn number(v: f64) -> String {
-    if v.is_finite() && v != 0.0 && !(1e-4..1e9).contains(&v.abs()) { format!("{v:e}") } else { format!("{v}") }
+    if v.is_finite() && v != 0.0 && !(1e-4..1e9).contains(&v.abs()) {
+        format!("{v:e}")
+    } else {
+        format!("{v}")
+    }
 }
 
 /// Which value was found, in a few words.
@@ -82,7 +86,9 @@ pub fn expected(kind: &Kind, unit: &str) -> String {
         Kind::FloatTexture(limits) => {
             return format!("{} or {{ texture = \"NAME\" }}", expected_number(limits, false, unit));
         }
-        Kind::Choice(words) => return words.iter().map(|w| format!("{w:?}")).collect::<Vec<_>>().join(" or "),
+        Kind::Choice(words) => {
+            return words.iter().map(|w| format!("{w:?}")).collect::<Vec<_>>().join(" or ");
+        }
         Kind::Text => "a text in quotes",
         Kind::File => "the name of a file in quotes",
         Kind::Reference(role) => return format!("the name of a {} in quotes", role.name()),
@@ -110,4 +116,5 @@ pub fn how_to_write(kind: &Kind) -> &'static str {
 pub const COLOR_HELP: &str =
     "write three linear numbers [r, g, b], one number for grey, or \"#rrggbb\" for an sRGB colour";
 /// How to write a transform.
-pub const TRANSFORM_HELP: &str = "write [{ scale = 2 }, { rotate = [0, 1, 0], angle = 30 }, { translate = [1, 0, 0] }]";
+pub const TRANSFORM_HELP: &str =
+    "write [{ scale = 2 }, { rotate = [0, 1, 0], angle = 30 }, { translate = [1, 0, 0] }]";

@@ -9,7 +9,12 @@ const SCHEMA: &[ParamSpec] = &[
     ParamSpec::with_default("radius", Kind::Float(Range::POSITIVE), ParamDefault::Float(2.0), "").unit("m"),
     ParamSpec::with_default("far", Kind::Float(Range::POSITIVE.or_infinite()), ParamDefault::Float(9.0), ""),
     ParamSpec::with_default("scale", Kind::Vec2(Range::ANY), ParamDefault::Vec2([8.0, 4.0]), ""),
-    ParamSpec::with_default("size", Kind::Int2(Range::closed(1.0, 1e6)), ParamDefault::Vec2([48.0, 32.0]), ""),
+    ParamSpec::with_default(
+        "size",
+        Kind::Int2(Range::closed(1.0, 1e6)),
+        ParamDefault::Vec2([48.0, 32.0]),
+        "",
+    ),
     ParamSpec::optional("target", Kind::Vec3, ""),
     ParamSpec::with_default("up", Kind::Direction, ParamDefault::Vec3([0.0, 1.0, 0.0]), ""),
     ParamSpec::optional("sides", Kind::Sides, ""),
@@ -138,7 +143,11 @@ fn wrong_types_say_what_was_found_and_expected() {
     fault("wrap", "clam", &["expected \"repeat\" or \"clamp\"", "did you mean `clamp`?"]);
     fault("note", 3, &["expected a text"]);
     fault("file", "", &["expected the name of a file"]);
-    fault("transform", table([("scale", 2.into())]), &["is a table, expected a list of steps", "{ scale = 2 }"]);
+    fault(
+        "transform",
+        table([("scale", 2.into())]),
+        &["is a table, expected a list of steps", "{ scale = 2 }"],
+    );
     fault("points", vec![Value::from([0, 0, 0]), 1.into()], &["`points[1]` of `shape.it` is 1"]);
     fault("faces", vec![Value::from([0, 1])], &["`faces[0]`", "three or more indices"]);
     fault("faces", vec![Value::from([0, 1, -1])], &["`faces[0][2]`", "is -1"]);
@@ -175,7 +184,11 @@ fn colors_tell_how_they_are_written() {
     fault("tint", -0.5, &["is -0.5"]);
     fault("diffuse", "checks", &["write { texture = \"checks\" }"]);
     fault("diffuse", true, &["a colour or { texture = \"NAME\" }"]);
-    fault("diffuse", table([("texture", "check".into())]), &["scene::missing-reference", "did you mean `checks`?"]);
+    fault(
+        "diffuse",
+        table([("texture", "check".into())]),
+        &["scene::missing-reference", "did you mean `checks`?"],
+    );
     fault("diffuse", table([]), &["is a table, expected { texture = \"NAME\" }"]);
     let (_, faults) = decode(vec![("diffuse", table([("textur", "checks".into())]))]);
     assert!(faults.iter().any(|f| f.contains("unknown key `textur` in `diffuse`")), "{faults:?}");
@@ -183,7 +196,11 @@ fn colors_tell_how_they_are_written() {
 
 #[test]
 fn missing_references_suggest_a_name_of_the_role() {
-    let p = fault("material", "rad", &["names \"rad\", but there is no material of that name", "did you mean `red`?"]);
+    let p = fault(
+        "material",
+        "rad",
+        &["names \"rad\", but there is no material of that name", "did you mean `red`?"],
+    );
     assert_eq!(p.reference("material"), None);
     fault("material", "checks", &["materials of this scene: red"]);
 }
@@ -211,7 +228,9 @@ fn transforms_are_composed_in_file_order() {
     let map = good(vec![("transform", steps.into())]).transform("transform");
     assert_eq!(map.transform_point3(DVec3::new(1.0, 1.0, 1.0)), DVec3::new(8.0, 1.0, 3.0));
     let matrix: Vec<Value> =
-        [1.0, 0.0, 0.0, 5.0, 0.0, 0.0, -1.0, 6.0, 0.0, 1.0, 0.0, 7.0, 0.0, 0.0, 0.0, 1.0].map(Value::from).into();
+        [1.0, 0.0, 0.0, 5.0, 0.0, 0.0, -1.0, 6.0, 0.0, 1.0, 0.0, 7.0, 0.0, 0.0, 0.0, 1.0]
+            .map(Value::from)
+            .into();
     let steps = vec![table([("matrix", matrix.into())])];
     let map = good(vec![("transform", steps.into())]).transform("transform");
     assert_eq!(map.transform_point3(DVec3::new(1.0, 2.0, 3.0)), DVec3::new(6.0, 3.0, 9.0));
@@ -222,11 +241,15 @@ fn transforms_are_composed_in_file_order() {
 
 #[test]
 fn rotations_are_rotations_about_their_axis() {
-    for (axis, angle) in [([1.0, 2.0, -3.0], 77.0), ([1e-30, 0.0, 1e-30], -13.5), ([0.0, 1e30, 0.0], 720.25)] {
+    for (axis, angle) in [([1.0, 2.0, -3.0], 77.0), ([1e-30, 0.0, 1e-30], -13.5), ([0.0, 1e30, 0.0], 720.25)]
+    {
         let step = table([("rotate", axis.into()), ("angle", angle.into())]);
         let map = good(vec![("transform", vec![step].into())]).transform("transform");
         let m = map.matrix3;
-        assert!((m * m.transpose() - penombre_math::DMat3::IDENTITY).abs_diff_eq(penombre_math::DMat3::ZERO, 1e-14));
+        assert!(
+            (m * m.transpose() - penombre_math::DMat3::IDENTITY)
+                .abs_diff_eq(penombre_math::DMat3::ZERO, 1e-14)
+        );
         assert!((m.determinant() - 1.0).abs() < 1e-14);
         let unit = DVec3::from_array(axis) / DVec3::from_array(axis).abs().max_element();
         assert!((m * unit - unit).length() < 1e-14);
@@ -238,13 +261,21 @@ fn rotations_are_rotations_about_their_axis() {
 #[test]
 fn bad_transforms_are_refused() {
     let step = |name: &str, value: Value| vec![table([(name, value)])];
-    fault("transform", step("scale", 0.into()), &["scene::singular-transform", "`transform[0].scale`", "scales by zero"]);
+    fault(
+        "transform",
+        step("scale", 0.into()),
+        &["scene::singular-transform", "`transform[0].scale`", "scales by zero"],
+    );
     fault("transform", step("scale", [1, 0, 1].into()), &["scales by zero"]);
     fault("transform", step("scael", 1.into()), &["unknown key `scael`", "did you mean `scale`?"]);
     fault("transform", step("rotate", [0, 1, 0].into()), &["rotates without an angle", "angle = 30"]);
     let zero_axis = vec![table([("rotate", [0, 0, 0].into()), ("angle", 3.into())])];
     fault("transform", zero_axis, &["the axis of the rotation"]);
-    fault("transform", step("translate", [1, 2].into()), &["`transform[0].translate`", "a list with 2 entries"]);
+    fault(
+        "transform",
+        step("translate", [1, 2].into()),
+        &["`transform[0].translate`", "a list with 2 entries"],
+    );
     fault("transform", step("matrix", vec![Value::from(1); 12].into()), &["expected 16 numbers"]);
     let singular: Vec<Value> = [1, 2, 3, 0, 4, 5, 6, 0, 7, 8, 9, 0, 0, 0, 0, 1].map(Value::from).into();
     fault("transform", step("matrix", singular.into()), &["is singular"]);

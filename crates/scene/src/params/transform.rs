@@ -22,8 +22,10 @@ impl Decoder<'_> {
         let steps: Vec<Option<DAffine3>> = steps.iter().enumerate().map(step).collect();
         let map = steps.into_iter().try_fold(DAffine3::IDENTITY, |all, step| step.map(|s| s * all))?;
         if Transform::new(map).is_none() {
-            let message =
-                format!("{} leaves single precision: it or its inverse has numbers beyond 3.4e38", self.place());
+            let message = format!(
+                "{} leaves single precision: it or its inverse has numbers beyond 3.4e38",
+                self.place()
+            );
             self.report("scene::singular-transform", value.span, message).help("make its steps less extreme");
             return None;
         }
@@ -32,7 +34,8 @@ impl Decoder<'_> {
 
     fn step(&mut self, value: &Value) -> Option<DAffine3> {
         let ValueKind::Table(entries) = &value.kind else {
-            self.fault("scene::wrong-type", value, "a step such as { translate = [1, 0, 0] }").help(TRANSFORM_HELP);
+            self.fault("scene::wrong-type", value, "a step such as { translate = [1, 0, 0] }")
+                .help(TRANSFORM_HELP);
             return None;
         };
         if self.unknown_entries(entries, &KEYS) {
@@ -41,7 +44,8 @@ impl Decoder<'_> {
         let given: Vec<&Param> = entries.iter().filter(|e| STEPS.contains(&e.name.as_str())).collect();
         let [step] = given[..] else {
             let count = if given.is_empty() { "none" } else { "several" };
-            let message = format!("{} has {count} of translate, scale, rotate and matrix, expected one", self.place());
+            let message =
+                format!("{} has {count} of translate, scale, rotate and matrix, expected one", self.place());
             self.report("scene::bad-transform", value.span, message).help(TRANSFORM_HELP);
             return None;
         };

@@ -1,7 +1,7 @@
 //! Faults of text formats: their place is an excerpt of the file, cut from it only when there is a fault.
 
 use super::lexer::{Token, line_end};
-use crate::diagnostic::{Diagnostic, Diagnostics, Severity};
+use crate::diagnostic::{Diagnostic, Diagnostics};
 use crate::span::{Sources, Span};
 use std::collections::HashSet;
 use std::path::Path;
@@ -33,6 +33,11 @@ impl<'a> Faults<'a> {
         Self { bytes, path, name, sources, out, errors: 0, said: HashSet::new() }
     }
 
+    /// Faults of another file that this one names; they go to the same place.
+    pub fn companion<'b>(&'b mut self, bytes: &'b [u8], path: &'b Path, name: &'b str) -> Faults<'b> {
+        Faults::new(bytes, path, name, self.sources, self.out)
+    }
+
     /// True if any error was reported.
     pub fn failed(&self) -> bool {
         self.errors > 0
@@ -44,7 +49,12 @@ impl<'a> Faults<'a> {
     }
 
     /// An error at a word.
-    pub fn error(&mut self, code: &'static str, at: Token<'_>, message: impl Into<String>) -> &mut Diagnostic {
+    pub fn error(
+        &mut self,
+        code: &'static str,
+        at: Token<'_>,
+        message: impl Into<String>,
+    ) -> &mut Diagnostic {
         self.errors += 1;
         let span = self.span(at.at, at.text.len());
         if self.errors == MOST_ERRORS {
@@ -54,14 +64,35 @@ impl<'a> Faults<'a> {
         self.out.error(code, span, message)
     }
 
+    /// An error at a place that was registered before.
+    pub fn error_at(&mut self, code: &'static str, span: Span, message: String) -> &mut Diagnostic {
+        self.errors += 1;
+        self.out.error(code, span, message)
+    }
+
+    /// A warning at a place that was registered before.
+    pub fn warning_at(&mut self, code: &'static str, span: Span, message: String) -> &mut Diagnostic {
+        self.out.warning(code, span, message)
+    }
+
     /// A warning at a word.
-    pub fn warning(&mut self, code: &'static str, at: Token<'_>, message: impl Into<String>) -> &mut Diagnostic {
+    pub fn warning(
+        &mut self,
+        code: &'static str,
+        at: Token<'_>,
+        message: impl Into<String>,
+    ) -> &mut Diagnostic {
         let span = self.span(at.at, at.text.len());
         self.out.warning(code, span, message)
     }
 
     /// A remark at a word.
-    pub fn advice(&mut self, code: &'static str, at: Token<'_>, message: impl Into<String>) -> &mut Diagnostic {
+    pub fn advice(
+        &mut self,
+        code: &'static str,
+        at: Token<'_>,
+        message: impl Into<String>,
+    ) -> &mut Diagnostic {
         let span = self.span(at.at, at.text.len());
         self.out.advice(code, span, message)
     }
@@ -91,7 +122,7 @@ impl<'a> Faults<'a> {
         let at = at.min(self.bytes.len());
         let line_start = line_start(self.bytes, at);
         let end = line_end(self.bytes, at);
-        let from = boundary(self.bytes, line_start.max(at.saturating_sub(EXCERPT)));
+        let from = boundary(self.bytes, line_start.max(at.saturating_sub(EXCERPT))).min(at);
         let to = boundary(self.bytes, end.min(at + len.min(EXCERPT) + EXCERPT)).max(at);
         let marked = boundary(self.bytes, (at + len.max(1)).min(to)).min(to);
         let before = printable(&self.bytes[from..at]);
@@ -121,11 +152,6 @@ impl<'a> Tally<'a> {
     pub fn count(&self) -> usize {
         self.count
     }
-}
-
-/// A fault of a whole file, without a place in it.
-pub(super) fn whole_file(out: &mut Diagnostics, severity: Severity, code: &'static str, message: String, help: &str) {
-    out.push(Diagnostic::new(severity, code, Span::NONE, message).help(help));
 }
 
 fn line_start(bytes: &[u8], at: usize) -> usize {

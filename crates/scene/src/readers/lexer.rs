@@ -51,11 +51,6 @@ impl<'a> Lexer<'a> {
         self.bytes.len() - self.at
     }
 
-    /// True if no byte is left.
-    pub fn is_at_end(&self) -> bool {
-        self.at >= self.bytes.len()
-    }
-
     /// The next word of this line; `None` at the end of the line, of the file or at a comment.
     #[inline]
     pub fn token(&mut self) -> Option<Token<'a>> {

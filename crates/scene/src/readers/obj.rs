@@ -66,8 +66,8 @@ const UNUSED: [(&str, &[&str]); 4] = [
     (
         "free-form curves and surfaces",
         &[
-            "vp", "cstype", "deg", "bmat", "step", "curv", "curv2", "surf", "parm", "trim", "hole", "scrv", "sp",
-            "end", "con", "bzp", "bsp", "cdc", "cdp", "res", "ctech", "stech",
+            "vp", "cstype", "deg", "bmat", "step", "curv", "curv2", "surf", "parm", "trim", "hole", "scrv",
+            "sp", "end", "con", "bzp", "bsp", "cdc", "cdp", "res", "ctech", "stech",
         ],
     ),
     ("bone weights", &["vw"]),
@@ -151,7 +151,8 @@ impl<'a> Reader<'a, '_, 'a> {
             self.tallies.nul.add(word);
         } else if text.chars().any(char::is_control) {
             self.not_text = true;
-            let message = format!("this is no text: found `{}`, expected a statement of OBJ", shortened(word));
+            let message =
+                format!("this is no text: found `{}`, expected a statement of OBJ", shortened(word));
             self.faults.error("obj::not-text", word, message).help =
                 "an OBJ file begins its lines with words such as `v`, `f`, `usemtl`".into();
         } else if self.faults.first(text) {
@@ -173,7 +174,8 @@ impl<'a> Reader<'a, '_, 'a> {
                     finite = false;
                 }
                 Number::Overflow => {
-                    let message = format!("`{}` is too large, expected a number below 3.4e38", shortened(word));
+                    let message =
+                        format!("`{}` is too large, expected a number below 3.4e38", shortened(word));
                     self.faults.error("obj::number", word, message);
                     return None;
                 }
@@ -288,7 +290,8 @@ impl<'a> Reader<'a, '_, 'a> {
         };
         let (uv, normal) = (attribute(), attribute());
         let (Some(position), Some(uv), Some(normal), None) = (position, uv, normal, parts.next()) else {
-            let message = format!("found `{}`, expected a corner such as 7, 7/1, 7//3 or 7/1/3", shortened(word));
+            let message =
+                format!("found `{}`, expected a corner such as 7, 7/1, 7//3 or 7/1/3", shortened(word));
             self.faults.error("obj::corner", word, message);
             return None;
         };
@@ -298,15 +301,27 @@ impl<'a> Reader<'a, '_, 'a> {
                 let help = "indices count from 1; negative ones count back from the last vertex so far";
                 let message = match position {
                     0 => "the face refers to vertex 0, expected an index from 1".to_owned(),
-                    p => format!("the face refers to vertex {p}, but only {} came before", self.soup.positions.len()),
+                    p => format!(
+                        "the face refers to vertex {p}, but only {} came before",
+                        self.soup.positions.len()
+                    ),
                 };
                 self.faults.error("obj::index", word, message).help = help.into();
                 return None;
             }
         };
-        let uv = resolved(uv, self.soup.uvs.len()).unwrap_or(NONE);
-        let normal = resolved(normal, self.soup.normals.len()).unwrap_or(NONE);
+        let uv = self.attribute(word, uv, self.soup.uvs.len());
+        let normal = self.attribute(word, normal, self.soup.normals.len());
         Some(Corner { position, uv, normal })
+    }
+
+    /// The index of an attribute; none for 0, which is how `corner` says that there is none.
+    fn attribute(&mut self, word: Token<'a>, index: i64, count: usize) -> u32 {
+        let found = resolved(index, count);
+        if found.is_none() && index != 0 {
+            self.tallies.attributes.add(word);
+        }
+        found.unwrap_or(NONE)
     }
 
     /// Checks indices against what the whole file holds: a face may stand before its vertices.
@@ -321,7 +336,8 @@ impl<'a> Reader<'a, '_, 'a> {
             if let Some(k) = corners.iter().position(|c| c.position as usize >= positions) {
                 let word = nth_word(&self.lexer, line, k + 1);
                 let index = integer(word.text.split(|b| *b == b'/').next().unwrap_or(b"")).unwrap_or(0);
-                let message = format!("the face refers to vertex {index}, but the file has {positions} vertices");
+                let message =
+                    format!("the face refers to vertex {index}, but the file has {positions} vertices");
                 self.faults.error("obj::index", word, message);
             } else if let Some(k) = corners.iter().position(|c| wild(c.normal, normals) || wild(c.uv, uvs)) {
                 self.tallies.attributes.add(nth_word(&self.lexer, line, k + 1));
@@ -362,11 +378,17 @@ impl<'a> Reader<'a, '_, 'a> {
     fn summary(&mut self) {
         let t = &self.tallies;
         let mut say = |code, tally: &Tally<'a>, message, help| self.faults.tally(code, tally, message, help);
-        say("obj::thin-face", &t.thin, "a face with fewer than 3 corners is left out", "expected `f` and 3 indices or more");
+        say(
+            "obj::thin-face",
+            &t.thin,
+            "a face with fewer than 3 corners is left out",
+            "expected `f` and 3 indices or more",
+        );
         say("obj::color", &t.colors, "a colour is not finite and taken as white", "");
         say("obj::normal", &t.normals, "a normal has no direction and is not used", "");
         say("obj::uv", &t.numbers, "texture coordinates are not finite and taken as 0", "");
-        let message = "a corner refers to a normal or to texture coordinates that the file does not have: not used";
+        let message =
+            "a corner refers to a normal or to texture coordinates that the file does not have: not used";
         say("obj::attribute", &t.attributes, message, "");
         say("obj::nul", &t.nul, "NUL bytes are passed over, expected text", "is the file damaged?");
         say("obj::name", &t.names, "a name is not UTF-8", "write the file in UTF-8");

@@ -8,7 +8,7 @@
 use super::colors::{ColorScale, linear};
 use super::faults::{Faults, Tally};
 use super::lexer::{Lexer, Number, Token, integer, number};
-use super::soup::{Corner, NONE, Soup};
+use super::soup::{Corner, Soup};
 use crate::mesh::TriangleMesh;
 use penombre_math::{Vec2, Vec3};
 
@@ -85,7 +85,8 @@ impl<'a> Reader<'a, '_, 'a> {
         if !self.lexer.next_word_line() {
             let end = self.faults.end();
             let message = "the file is empty, expected `OFF`, the counts and the vertices";
-            self.faults.error("off::empty", end, message).help = "a mesh without faces is `OFF`, then `0 0 0`".into();
+            self.faults.error("off::empty", end, message).help =
+                "a mesh without faces is `OFF`, then `0 0 0`".into();
             return None;
         }
         let start = self.lexer.offset();
@@ -117,7 +118,10 @@ impl<'a> Reader<'a, '_, 'a> {
 
     fn no_magic(&mut self, word: Token<'a>, start: usize) -> Option<()> {
         if integer(word.text).is_some() {
-            let message = format!("the first line is not `OFF`: found `{}`, taken as the number of vertices", word.lossy());
+            let message = format!(
+                "the first line is not `OFF`: found `{}`, taken as the number of vertices",
+                word.lossy()
+            );
             self.faults.warning("off::magic", word, message).help = "put a line `OFF` first".into();
             self.lexer = self.lexer.at(start);
             return Some(());
@@ -127,19 +131,21 @@ impl<'a> Reader<'a, '_, 'a> {
         None
     }
 
-    /// Reads the numbers of vertices and faces and holds them against the size of the file.
+    /// Reads the numbers of vertices and faces.
     fn counts(&mut self) -> Option<[usize; 2]> {
-        let vertices = self.count("vertices", 2 * self.layout.plain_numbers())?;
+        let vertices = self.count("vertices", 6)?;
         let faces = self.count("faces", 2)?;
-        // The number of edges is often wrong or absent, and nothing needs it.
-        if !ends_line(&self.lexer) {
-            self.lexer.token();
+        // The number of edges is often wrong or absent, and nothing needs it. It may have a line for itself.
+        let mut ahead = self.lexer.clone();
+        if !ends_line(&ahead) || (ahead.next_word_line() && ahead.token().is_some() && ends_line(&ahead)) {
+            self.lexer = ahead;
             self.lexer.next_line();
         }
         Some([vertices, faces])
     }
 
-    /// Reads one count. `least`: bytes that each thing takes at least.
+    /// Reads one count and holds it against the size of the file, roughly: a file that was cut gets its own
+    /// message where it ends. `least`: bytes that each thing takes at least.
     fn count(&mut self, what: &str, least: usize) -> Option<usize> {
         if ends_line(&self.lexer) && !self.lexer.next_word_line() {
             let end = self.faults.end();
@@ -150,7 +156,7 @@ impl<'a> Reader<'a, '_, 'a> {
         let left = self.lexer.remaining();
         let found = integer(word.text);
         match found.and_then(|n| usize::try_from(n).ok()) {
-            Some(n) if n.saturating_mul(least) <= left.saturating_add(2) && n < NONE as usize => Some(n),
+            Some(n) if n.saturating_mul(least) <= left.saturating_mul(16).saturating_add(4096) => Some(n),
             Some(n) => {
                 let message = format!("{n} {what} are announced, but only {left} bytes follow");
                 self.faults.error("off::counts", word, message).help =
@@ -158,7 +164,8 @@ impl<'a> Reader<'a, '_, 'a> {
                 None
             }
             None => {
-                let message = format!("found `{}`, expected the number of {what}, 0 or more", shortened(word));
+                let message =
+                    format!("found `{}`, expected the number of {what}, 0 or more", shortened(word));
                 self.faults.error("off::counts", word, message);
                 None
             }
@@ -166,7 +173,7 @@ impl<'a> Reader<'a, '_, 'a> {
     }
 
     fn vertices(&mut self, count: usize) -> Option<()> {
-        self.soup.positions.reserve(count);
+        self.soup.positions.reserve(count.min(self.lexer.remaining() / 6 + 1));
         let mut per_line = None;
         for index in 0..count {
             let fresh = per_line != Some(true) || ends_line(&self.lexer);
@@ -250,7 +257,11 @@ impl<'a> Reader<'a, '_, 'a> {
     fn bad_number(&mut self, word: Token<'a>, fault: Number) {
         let word_text = shortened(word);
         if fault == Number::Overflow {
-            self.faults.error("off::number", word, format!("`{word_text}` is too large, expected a number below 3.4e38"));
+            self.faults.error(
+                "off::number",
+                word,
+                format!("`{word_text}` is too large, expected a number below 3.4e38"),
+            );
         } else {
             self.faults.error("off::number", word, format!("found `{word_text}`, expected a number"));
         }
@@ -289,7 +300,8 @@ impl<'a> Reader<'a, '_, 'a> {
         };
         for read in 0..corners {
             let Some(word) = self.lexer.token() else {
-                let message = format!("the face announces {corners} corners, but {read} indices follow in its line");
+                let message =
+                    format!("the face announces {corners} corners, but {read} indices follow in its line");
                 self.faults.error("off::face", first, message);
                 return self.soup.drop_corners();
             };
@@ -352,14 +364,16 @@ impl<'a> Reader<'a, '_, 'a> {
             return;
         }
         if let Some(word) = self.lexer.token() {
-            let message = format!("found `{}` after the last face, expected the end of the file", shortened(word));
+            let message =
+                format!("found `{}` after the last face, expected the end of the file", shortened(word));
             self.faults.warning("off::trailing", word, message).help =
                 "the number of faces in the header may be too small".into();
         }
     }
 
     fn finish(mut self, bytes: &'a [u8]) -> TriangleMesh {
-        let help = "begin the file with `COFF` for colours, `NOFF` for normals, `STOFF` for texture coordinates";
+        let help =
+            "begin the file with `COFF` for colours, `NOFF` for normals, `STOFF` for texture coordinates";
         self.faults.tally("off::extra", &self.extra, "numbers after a vertex are passed over", help);
         self.faults.tally("off::thin-face", &self.thin, "a face with fewer than 3 corners is left out", "");
         let message = "this is no face colour and is passed over, expected 3 or 4 numbers";
@@ -373,9 +387,7 @@ impl<'a> Reader<'a, '_, 'a> {
             self.soup.face_colors = values.into_iter().map(|c| linear(c, scale)).collect();
         }
         let lexer = self.lexer;
-        self.soup.into_mesh(self.faults, |at| {
-            lexer.at(at).token().unwrap_or(Token { text: &bytes[..0], at })
-        })
+        self.soup.into_mesh(self.faults, |at| lexer.at(at).token().unwrap_or(Token { text: &bytes[..0], at }))
     }
 }
 

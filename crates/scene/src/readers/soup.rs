@@ -119,7 +119,12 @@ impl<'a> Soup<'a> {
         let message = "a vertex is not a finite point: the faces that use it are left out";
         faults.tally("mesh::not-finite", &dropped, message, "expected three finite numbers");
         let message = "a polygon has too many corners and is not convex: cut as a fan from its first corner";
-        faults.tally("mesh::large-polygon", &fans, message, "cut it into triangles in the program that wrote the file");
+        faults.tally(
+            "mesh::large-polygon",
+            &fans,
+            message,
+            "cut it into triangles in the program that wrote the file",
+        );
         for (index, _) in &self.broken {
             self.positions[*index as usize] = Vec3::ZERO;
         }
@@ -140,7 +145,8 @@ impl<'a> Soup<'a> {
     fn attributes(self, mesh: &mut TriangleMesh) {
         mesh.positions = self.positions;
         mesh.colors = self.colors;
-        let (normals, indices) = tidied(self.normals, std::mem::take(&mut mesh.normal_indices), &mesh.indices);
+        let (normals, indices) =
+            tidied(self.normals, std::mem::take(&mut mesh.normal_indices), &mesh.indices);
         (mesh.normals, mesh.normal_indices) = (normals, indices);
         let (uvs, indices) = tidied(self.uvs, std::mem::take(&mut mesh.uv_indices), &mesh.indices);
         (mesh.uvs, mesh.uv_indices) = (uvs, indices);

@@ -1,12 +1,15 @@
 use super::*;
 use crate::builtin::builtin;
+use crate::span::Sources;
+use std::path::Path;
 
 /// Applies arguments to the built-in box; the scene and the messages.
 fn set(arguments: &[&str]) -> (SceneDescription, Vec<(String, String, String)>) {
     let mut scene = builtin("cornell").unwrap();
     let (mut sources, mut out) = (Sources::default(), Diagnostics::default());
     for argument in arguments {
-        apply(argument, &mut scene, &mut sources, &mut out);
+        let file = sources.add(Path::new(""), SOURCE_NAME, *argument);
+        apply(argument, file, &mut scene, &mut out);
     }
     let marked = |d: &crate::Diagnostic| {
         let text = &sources.get(d.span.file).unwrap().text;
@@ -48,7 +51,8 @@ fn sets_by_full_and_short_paths() {
 
 #[test]
 fn creates_integrator_and_inner_tables() {
-    let (scene, faults) = set(&["integrator.classic.phase=2", "integrator.phase=3", "shape.floor.color.texture=\"checks\""]);
+    let (scene, faults) =
+        set(&["integrator.classic.phase=2", "integrator.phase=3", "shape.floor.color.texture=\"checks\""]);
     assert_eq!(faults, []);
     assert_eq!(get(&scene, Role::Integrator, "classic", "phase"), ValueKind::Int(3));
     let id = scene.find(Role::Integrator, "classic").unwrap();
@@ -60,7 +64,8 @@ fn creates_integrator_and_inner_tables() {
 fn creates_render_in_a_scene_without_one() {
     let mut scene = SceneDescription::default();
     let (mut sources, mut out) = (Sources::default(), Diagnostics::default());
-    apply("render.spp=4", &mut scene, &mut sources, &mut out);
+    let file = sources.add(Path::new(""), SOURCE_NAME, "render.spp=4");
+    apply("render.spp=4", file, &mut scene, &mut out);
     assert!(out.is_empty());
     assert_eq!(get(&scene, Role::Render, "", "spp"), ValueKind::Int(4));
 }
@@ -80,6 +85,8 @@ fn faults_name_the_word_and_the_candidates() {
         "camera.main=3",
         "integrator.phase=2",
         "render.size.7=1",
+        "render=1",
+        "shape.floor.x.y.z=1",
         "camera.fov.x.y=1",
         "material.red.type=3",
         "camera.mian.fov=30",
@@ -98,6 +105,8 @@ fn faults_name_the_word_and_the_candidates() {
         ("main", "`camera.main` needs a parameter"),
         ("integrator", "the path does not say which integrator"),
         ("7", "a list with 2 entries has no part `7`"),
+        ("render", "`render` needs a parameter"),
+        ("y", "a table has no part `y`"),
         ("x", "45.0 has no part `x`"),
         ("3", "`type` of `material.red` must be the name of a type"),
         ("mian", "there is no camera `mian`"),

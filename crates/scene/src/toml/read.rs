@@ -91,7 +91,8 @@ impl Reader<'_> {
     fn bad_include(&mut self, found: &Value) {
         let shown = crate::params::found(found);
         let message = format!("`include` has {shown}, expected a list of file names");
-        self.out.error("toml::include", found.span, message).help = "write include = [\"materials.toml\"]".to_owned();
+        self.out.error("toml::include", found.span, message).help =
+            "write include = [\"materials.toml\"]".to_owned();
     }
 
     fn unknown_role(&mut self, key: &Spanned<DeString<'_>>) {
@@ -175,7 +176,8 @@ impl Reader<'_> {
             ValueKind::String(name) if !name.is_empty() => node.type_name = name,
             _ => {
                 let found = crate::params::found(&value);
-                let message = format!("`type` of `{}` is {found}, expected the name of a type in quotes", node.path());
+                let message =
+                    format!("`type` of `{}` is {found}, expected the name of a type in quotes", node.path());
                 self.out.error("toml::missing-type", value.span, message);
             }
         }

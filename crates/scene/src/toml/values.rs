@@ -23,6 +23,7 @@ pub fn value(file: FileId, parsed: &Spanned<DeValue<'_>>) -> Value {
         DeValue::Integer(i) => match i64::from_str_radix(i.as_str(), i.radix()) {
             Ok(v) => ValueKind::Int(v),
             // Beyond 64 bits: as a number it may still be meant; where a whole number is, it is out of range.
+            Err(_) if i.radix() == 10 => ValueKind::Float(i.as_str().parse().unwrap_or(f64::NAN)),
             Err(_) => ValueKind::Float(wide_int(i.as_str(), i.radix())),
         },
         DeValue::Float(f) => ValueKind::Float(f.as_str().parse().unwrap_or(f64::NAN)),
@@ -34,11 +35,10 @@ pub fn value(file: FileId, parsed: &Spanned<DeValue<'_>>) -> Value {
     Value { kind, span: span(file, parsed.span()) }
 }
 
+/// Hexadecimal, octal and binary numbers have no sign in TOML.
 fn wide_int(digits: &str, radix: u32) -> f64 {
-    let radix = f64::from(radix);
-    let (sign, digits) = digits.strip_prefix('-').map_or((1.0, digits), |rest| (-1.0, rest));
-    let digit = |c: char| c.to_digit(36).map_or(0.0, f64::from);
-    sign * digits.chars().filter(|c| c.is_alphanumeric()).fold(0.0, |sum, c| sum * radix + digit(c))
+    let digit = |c: char| c.to_digit(radix).map_or(0.0, f64::from);
+    digits.chars().fold(0.0, |sum, c| sum * f64::from(radix) + digit(c))
 }
 
 /// The entries of a table in file order.

@@ -1,0 +1,173 @@
+//! Damaged files: an image or an error, never a panic, a long run or a flood of memory.
+
+use penombre_image::{ColorSpace, Format, Image, WriteOptions, decode, encode, load, panic_is_contained};
+use std::path::{Path, PathBuf};
+use std::sync::Once;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::time::{Duration, Instant};
+
+static CAUGHT: AtomicUsize = AtomicUsize::new(0);
+
+/// Counts the panics that the library catches, which print nothing then.
+fn count_caught_panics() {
+    static ONCE: Once = Once::new();
+    ONCE.call_once(|| {
+        let usual = std::panic::take_hook();
+        std::panic::set_hook(Box::new(move |info| {
+            if panic_is_contained() {
+                CAUGHT.fetch_add(1, Ordering::Relaxed);
+            } else {
+                usual(info);
+            }
+        }));
+    });
+}
+
+fn corpus() -> Option<PathBuf> {
+    let root = std::env::var_os("PENOMBRE_TESTDATA")
+        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared"), PathBuf::from);
+    Some(root.join("bad-inputs")).filter(|p| p.is_dir())
+}
+
+#[test]
+fn corpus_of_bad_images() {
+    let Some(folder) = corpus() else {
+        eprintln!("NOT RUN: corpus_of_bad_images (no bad-inputs folder; set PENOMBRE_TESTDATA)");
+        return;
+    };
+    count_caught_panics();
+    let index = std::fs::read_to_string(folder.join("INDEX.tsv")).unwrap();
+    let mut checked = 0;
+    for line in index.lines().filter(|l| l.starts_with("images/")) {
+        let fields: Vec<&str> = line.split('\t').collect();
+        let (name, class) = (fields[0], fields[1]);
+        let start = Instant::now();
+        let result = load(&folder.join(name));
+        let time = start.elapsed();
+        assert!(time < Duration::from_secs(2), "{name}: {time:?}");
+        match (class, &result) {
+            ("ERR", Ok(_)) => panic!("{name} was accepted: {}", fields[2]),
+            ("OK", Err(e)) => panic!("{name} was refused: {e}"),
+            _ => {}
+        }
+        if let Err(error) = &result {
+            let text = error.to_string();
+            let file = Path::new(name).file_name().unwrap().to_string_lossy().into_owned();
+            let placed = text.contains(" byte") && text.contains("found") && text.contains("expected");
+            assert!(text.contains(&file) && placed && text.len() < 600, "{name}: {text}");
+        }
+        checked += 1;
+    }
+    assert!(checked > 90, "only {checked} images in the corpus");
+    // Peak of the whole test process, all tests of this file together.
+    let peak = penombre_sys::peak_rss().unwrap_or(0) >> 20;
+    assert!(peak < 256, "{peak} MiB");
+}
+
+/// One small good file of every format, and of every variety of ours.
+fn seeds() -> Vec<(Format, Vec<u8>)> {
+    let data = (0..13 * 9 * 3).map(|i| (i * 37 % 101) as f32 / 100.0).collect();
+    let image = Image::from_data(13, 9, 3, data).expect("the shape fits");
+    let metadata = vec![("name".to_owned(), "text".to_owned())];
+    let options = WriteOptions { metadata, ..WriteOptions::default() };
+    let all = [Format::Png, Format::Jpeg, Format::Ppm, Format::Pgm, Format::Pfm, Format::Exr, Format::Hdr];
+    let write = |format, options: &WriteOptions| {
+        let mut bytes = Vec::new();
+        encode(format, &image, options, &mut bytes).expect("the image can be written");
+        (format, bytes)
+    };
+    let mut seeds: Vec<_> = all.into_iter().map(|f| write(f, &options)).collect();
+    seeds.push(write(Format::Ppm, &WriteOptions { course_ppm: true, ..options }));
+    for name in ["half-piz.exr", "prefix-zips.exr", "tiled-rle.exr", "grey.jpg"] {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name);
+        seeds.push((
+            Format::from_path(&path).expect("a known extension"),
+            std::fs::read(&path).expect("test data"),
+        ));
+    }
+    seeds
+}
+
+#[test]
+fn a_file_cut_anywhere_is_refused() {
+    count_caught_panics();
+    for (format, file) in seeds() {
+        // A trailing blank or line feed of the text form, and the padding of our own files, may be missing.
+        let spare = file.iter().rev().take_while(|b| b.is_ascii_whitespace()).count();
+        // Without its last digit the last value of a text file is another one, but still a value.
+        let spare = if file.starts_with(b"P3") { spare + 3 } else { 1 };
+        for length in 0..file.len().saturating_sub(spare) {
+            let result = decode(&file[..length], Path::new("cut"), ColorSpace::Auto);
+            assert!(result.is_err(), "{format} cut to {length} of {} bytes was accepted", file.len());
+        }
+    }
+}
+
+#[test]
+fn mutated_files_never_panic_or_hang() {
+    count_caught_panics();
+    let rounds = if std::env::var_os("PENOMBRE_SLOW").is_some() { 100_000 } else { 1500 };
+    let mut state = 0x1234_5678_9abc_def0u64;
+    let mut next = move || {
+        // xorshift64*
+        state ^= state >> 12;
+        state ^= state << 25;
+        state ^= state >> 27;
+        state.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 16
+    };
+    let special = [0u8, 1, 0x7f, 0x80, 0xff, b'0', b'9', b'-', b' ', b'\n'];
+    let before = CAUGHT.load(Ordering::Relaxed);
+    for (format, file) in seeds() {
+        let mut good = 0;
+        for _ in 0..rounds {
+            let mut bytes = file.clone();
+            for _ in 0..1 + next() % 4 {
+                // Half of the faults hit the header.
+                let reach = if next() % 2 == 0 { bytes.len().min(64) } else { bytes.len() };
+                let at = next() as usize % reach;
+                match next() % 5 {
+                    0 => bytes[at] = next() as u8,
+                    1 => bytes[at] ^= 1 << (next() % 8),
+                    2 => bytes[at] = special[next() as usize % special.len()],
+                    3 => bytes.insert(at, special[next() as usize % special.len()]),
+                    _ => drop(bytes.remove(at)),
+                }
+            }
+            let start = Instant::now();
+            good += usize::from(decode(&bytes, Path::new("mutant"), ColorSpace::Auto).is_ok());
+            let time = start.elapsed();
+            assert!(time < Duration::from_secs(2), "{format}: {time:?} for {}", bytes.escape_ascii());
+        }
+        assert!(good < rounds, "{format}: every damaged file was accepted");
+    }
+    let caught = CAUGHT.load(Ordering::Relaxed) - before;
+    println!("{caught} panics of decoders were caught");
+}
+
+#[test]
+fn gigantic_sizes_are_refused_before_memory_is_taken() {
+    let cases: [(&str, &[u8]); 8] = [
+        ("P6 wide", b"P6 4294967295 4294967295 255\n"),
+        ("P6", b"P6 16000 16000 255\n\0\0\0"),
+        ("P4", b"P4 100000 100000\n\0"),
+        ("P3", b"P3 16000 16000 255 1 2 3"),
+        ("PFM", b"PF\n100000 2000\n-1.0\n\0\0\0\0"),
+        ("PFM too", b"PF\n4294967296 1\n-1.0\n\0\0\0\0"),
+        ("HDR", b"#?RADIANCE\n\n-Y 10000 +X 20000\n\x02\x02\x4e\x20"),
+        ("HDR negative", b"#?RADIANCE\n\n-Y -5 +X 20000\n\x02\x02\x4e\x20"),
+    ];
+    for (name, bytes) in cases {
+        let error = decode(bytes, Path::new(name), ColorSpace::Auto).unwrap_err().to_string();
+        assert!(error.contains("found") && error.contains("expected"), "{error}");
+    }
+    // The attribute that is too long is named: magic number, version, then "channels", "chlist", 1 GiB.
+    let exr = b"v/1\x01\x02\0\0\0channels\0chlist\0\0\0\0\x40";
+    let error = decode(exr, Path::new("a.exr"), ColorSpace::Auto).unwrap_err().to_string();
+    assert!(error.contains("byte 8") && error.contains("\"channels\" of 1073741824 bytes"), "{error}");
+    for (text, hint) in
+        [("P6 0 5 255\n", "at least one pixel"), ("P6 1 1 0\n1", "1 to 65535"), ("P6 1 x", "height")]
+    {
+        let error = decode(text.as_bytes(), Path::new("a"), ColorSpace::Auto).unwrap_err().to_string();
+        assert!(error.contains(hint) && error.contains("byte"), "{error}");
+    }
+}

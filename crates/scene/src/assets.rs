@@ -1,0 +1,300 @@
+//! The files that a scene names, read once.
+//!
+//! [`Assets::load`] resolves every path, reads, decodes and hashes. After it no path is looked at again.
+
+mod paths;
+
+use crate::description::{Node, NodeId, Role, SceneDescription, ValueKind};
+use crate::diagnostic::Diagnostics;
+use crate::readers::{Folders, MeshFile, MeshFormat, MeshSource, MeshTexture, read_mesh};
+use crate::span::{Sources, Span};
+use crate::suggest::nearest_file;
+use penombre_image::{ColorSpace, Image, decode};
+use std::collections::{BTreeMap, HashMap};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+pub use paths::{PathFault, check_regular, resolve};
+
+/// Most threads that decode images.
+const MOST_THREADS: usize = 8;
+
+/// The contents of the files that the nodes of a description name.
+#[derive(Clone, Debug, Default)]
+pub struct Assets {
+    meshes: BTreeMap<NodeId, Arc<MeshFile>>,
+    slots: BTreeMap<NodeId, Arc<[NodeId]>>,
+    images: BTreeMap<NodeId, Arc<Image>>,
+    hashes: BTreeMap<NodeId, [u8; 32]>,
+    bytes: u64,
+}
+
+impl Assets {
+    /// Reads every file that a shape (`file`: a mesh), a texture or a light (`file`: an image) names, each distinct
+    /// file once; images in parallel.
+    ///
+    /// The materials and textures of mesh files are added to the description, unless every shape that names the
+    /// file has a `material` of its own: names `SHAPE/MATERIAL`, after the first shape that names the file. A node
+    /// of that role and name that the scene has already stands in for them.
+    ///
+    /// Names are relative to the folder of the file that the node's header stands in; for nodes without a place to
+    /// the root folder. Faults go to `out`, with their places; what could not be read is absent.
+    pub fn load(
+        description: &mut SceneDescription,
+        folders: &Folders,
+        sources: &mut Sources,
+        out: &mut Diagnostics,
+    ) -> Self {
+        let mut loader = Loader { description, folders, sources, out, assets: Self::default() };
+        let meshes = loader.meshes();
+        let images = loader.images(&meshes);
+        loader.place_meshes(meshes, &images);
+        loader.assets
+    }
+
+    /// The mesh file of a shape. The file's materials are named after the first shape that names it.
+    pub fn mesh(&self, node: NodeId) -> Option<&Arc<MeshFile>> {
+        self.meshes.get(&node)
+    }
+
+    /// The material nodes by slot of a shape whose mesh file brings its own. Empty if the node has a `material`.
+    pub fn slot_materials(&self, node: NodeId) -> &[NodeId] {
+        self.slots.get(&node).map_or(&[], |slots| slots)
+    }
+
+    /// The image of a texture or light.
+    pub fn image(&self, node: NodeId) -> Option<&Arc<Image>> {
+        self.images.get(&node)
+    }
+
+    /// Memory that the meshes and images take, bytes; files that several nodes name count once.
+    pub fn bytes(&self) -> u64 {
+        self.bytes
+    }
+
+    /// BLAKE3 hashes of the contents of the files, by node, in the order of the nodes.
+    pub fn content_hashes(&self) -> impl Iterator<Item = (NodeId, [u8; 32])> {
+        self.hashes.iter().map(|(id, hash)| (*id, *hash))
+    }
+}
+
+/// A mesh file and the shapes that name it.
+struct MeshEntry {
+    file: MeshFile,
+    hash: [u8; 32],
+    users: Vec<NodeId>,
+}
+
+/// A decoded image or why there is none.
+type ImageResult = Result<(Arc<Image>, [u8; 32]), String>;
+type Images = HashMap<PathBuf, ImageResult>;
+
+struct Loader<'a> {
+    description: &'a mut SceneDescription,
+    folders: &'a Folders,
+    sources: &'a mut Sources,
+    out: &'a mut Diagnostics,
+    assets: Assets,
+}
+
+impl Loader<'_> {
+    /// The nodes of a role that name a file, with the name and its place.
+    fn named(&self, role: Role) -> Vec<(NodeId, String, Span)> {
+        let file = |node: &Node| match node.param("file").map(|p| &p.value) {
+            Some(v) => match &v.kind {
+                ValueKind::String(name) => Some((name.clone(), v.span)),
+                _ => None,
+            },
+            None => None,
+        };
+        let nodes = self.description.of_role(role);
+        nodes.filter_map(|(id, node)| file(node).map(|(name, span)| (id, name, span))).collect()
+    }
+
+    /// Finds a file that a node names; `None` after a fault.
+    fn find(&mut self, id: NodeId, name: &str, span: Span) -> Option<PathBuf> {
+        let said_in = self.sources.get(self.description.node(id).span.file).map(|f| &f.path);
+        let base = match said_in {
+            Some(path) if !path.as_os_str().is_empty() => path.parent().unwrap_or(Path::new("")).to_owned(),
+            _ => self.folders.root.clone(),
+        };
+        let fault = match self.folders.resolve(&base, name) {
+            Ok(path) => return Some(path),
+            Err(fault) => fault,
+        };
+        let help = match &fault {
+            PathFault::Missing { path, .. } => match nearest_file(path) {
+                Some(near) => format!("did you mean `{near}`? {}", fault.help()),
+                None => fault.help(),
+            },
+            fault => fault.help(),
+        };
+        self.out.error(fault.code(), span, fault.to_string()).help = help;
+        None
+    }
+
+    /// Reads the mesh files.
+    fn meshes(&mut self) -> Vec<MeshEntry> {
+        let mut entries: Vec<MeshEntry> = Vec::new();
+        let mut index_of: HashMap<PathBuf, Option<usize>> = HashMap::new();
+        for (id, name, span) in self.named(Role::Shape) {
+            let Some(path) = self.find(id, &name, span) else { continue };
+            if let Some(known) = index_of.get(&path) {
+                if let Some(index) = known {
+                    entries[*index].users.push(id);
+                }
+                continue;
+            }
+            let entry = self.mesh(id, &path, span);
+            index_of.insert(path, entry.is_some().then_some(entries.len()));
+            entries.extend(entry);
+        }
+        entries
+    }
+
+    fn mesh(&mut self, id: NodeId, path: &Path, span: Span) -> Option<MeshEntry> {
+        let name = self.folders.name_of(path);
+        let Some(format) = MeshFormat::of_path(path) else {
+            let message =
+                format!("`{name}`: meshes of this kind are not read, expected a file in .obj or .off");
+            self.out.error("asset::mesh-format", span, message);
+            return None;
+        };
+        let bytes = match std::fs::read(path) {
+            Ok(bytes) => bytes,
+            Err(e) => {
+                self.out.error("asset::unreadable", span, format!("`{name}` cannot be read: {e}"));
+                return None;
+            }
+        };
+        let prefix = self.description.node(id).name.clone();
+        let (folders, sources, out) = (self.folders, &mut *self.sources, &mut *self.out);
+        let mut source = MeshSource { path, name: &name, prefix: &prefix, folders, sources, out };
+        let file = read_mesh(format, &bytes, &mut source)?;
+        Some(MeshEntry { file, hash: *blake3::hash(&bytes).as_bytes(), users: vec![id] })
+    }
+
+    /// Decodes all images: those of nodes and those of mesh files. Faults of nodes are reported here.
+    fn images(&mut self, meshes: &[MeshEntry]) -> Images {
+        let mut nodes = Vec::new();
+        for role in [Role::Texture, Role::Light] {
+            for (id, name, span) in self.named(role) {
+                nodes.extend(self.find(id, &name, span).map(|path| (id, path, span)));
+            }
+        }
+        let of_meshes = meshes.iter().flat_map(|m| &m.file.textures).map(|t| &t.path);
+        let mut paths: Vec<PathBuf> =
+            nodes.iter().map(|(_, path, _)| path).chain(of_meshes).cloned().collect();
+        paths.sort();
+        paths.dedup();
+        let images: Images = paths.iter().cloned().zip(decode_all(&paths, self.folders)).collect();
+        for (image, _) in images.values().flatten() {
+            self.assets.bytes +=
+                u64::from(image.width()) * u64::from(image.height()) * u64::from(image.channels()) * 4;
+        }
+        for (id, path, span) in nodes {
+            match &images[&path] {
+                Ok((image, hash)) => self.place_image(id, image, *hash),
+                Err(message) => _ = self.out.error("asset::image", span, message.clone()),
+            }
+        }
+        images
+    }
+
+    fn place_image(&mut self, id: NodeId, image: &Arc<Image>, hash: [u8; 32]) {
+        self.assets.images.insert(id, image.clone());
+        self.assets.hashes.insert(id, hash);
+    }
+
+    fn place_meshes(&mut self, meshes: Vec<MeshEntry>, images: &Images) {
+        for MeshEntry { mut file, hash, users } in meshes {
+            let has_own = |id: &NodeId| self.description.node(*id).param("material").is_some();
+            let users_of_slots: Vec<NodeId> = users.iter().filter(|id| !has_own(id)).copied().collect();
+            if !users_of_slots.is_empty() {
+                let textures = std::mem::take(&mut file.textures);
+                file.textures = textures
+                    .into_iter()
+                    .filter(|t| self.place_texture(t, &mut file.materials, images))
+                    .collect();
+                let slots: Arc<[NodeId]> = file.materials.iter().map(|m| self.add_or_find(m)).collect();
+                self.assets.slots.extend(users_of_slots.into_iter().map(|id| (id, slots.clone())));
+            }
+            self.assets.bytes += mesh_bytes(&file);
+            let file = Arc::new(file);
+            for id in users {
+                self.assets.meshes.insert(id, file.clone());
+                self.assets.hashes.insert(id, hash);
+            }
+        }
+    }
+
+    /// Adds the texture of a mesh file. If it has no image, its material gets its plain colour, and the answer is
+    /// false.
+    fn place_texture(&mut self, texture: &MeshTexture, materials: &mut [Node], images: &Images) -> bool {
+        match &images[&texture.path] {
+            Ok((image, hash)) => {
+                let id = self.add_or_find(&texture.node);
+                // A node that the scene has itself has its image already, or the fault was reported.
+                if !self.assets.images.contains_key(&id) && self.description.node(id) == &texture.node {
+                    self.place_image(id, image, *hash);
+                }
+                true
+            }
+            Err(message) => {
+                let span = texture.node.param("file").map_or(Span::NONE, |p| p.value.span);
+                let message = format!("{message}: the plain colour is used");
+                self.out.warning("mtl::image", span, message);
+                for name in ["diffuse", "ambient"] {
+                    materials[texture.slot].set(name, texture.plain.clone());
+                }
+                false
+            }
+        }
+    }
+
+    /// The node of that role and name, added if there is none.
+    fn add_or_find(&mut self, node: &Node) -> NodeId {
+        let known = self.description.find(node.role, &node.name);
+        known.unwrap_or_else(|| self.description.add(node.clone()))
+    }
+}
+
+/// Reads and decodes images on several threads; the results are in the order of the paths.
+fn decode_all(paths: &[PathBuf], folders: &Folders) -> Vec<ImageResult> {
+    let threads =
+        std::thread::available_parallelism().map_or(1, |n| n.get()).min(MOST_THREADS).min(paths.len());
+    let next = AtomicUsize::new(0);
+    let work = || {
+        let take = || Some(next.fetch_add(1, Ordering::Relaxed)).filter(|i| *i < paths.len());
+        std::iter::from_fn(take).map(|i| (i, decode_one(&paths[i], folders))).collect::<Vec<_>>()
+    };
+    let mut results: Vec<(usize, ImageResult)> = std::thread::scope(|scope| {
+        let workers: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
+        workers.into_iter().flat_map(|w| w.join().expect("decoding does not panic")).collect()
+    });
+    results.sort_by_key(|(i, _)| *i);
+    results.into_iter().map(|(_, result)| result).collect()
+}
+
+fn decode_one(path: &Path, folders: &Folders) -> ImageResult {
+    let name = folders.name_of(path);
+    let bytes = std::fs::read(path).map_err(|e| format!("`{name}` cannot be read: {e}"))?;
+    let decoded = decode(&bytes, Path::new(&name), ColorSpace::Auto).map_err(|e| e.to_string())?;
+    Ok((Arc::new(decoded.image), *blake3::hash(&bytes).as_bytes()))
+}
+
+fn mesh_bytes(file: &MeshFile) -> u64 {
+    let m = &file.mesh;
+    let triples = m.positions.len()
+        + m.indices.len()
+        + m.normals.len()
+        + m.normal_indices.len()
+        + m.uv_indices.len()
+        + m.colors.len()
+        + m.face_colors.len();
+    (12 * triples + 8 * m.uvs.len() + 4 * m.slots.len()) as u64
+}
+
+#[cfg(test)]
+mod tests;

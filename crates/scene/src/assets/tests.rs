@@ -1,0 +1,171 @@
+use super::*;
+use crate::description::Value;
+use penombre_image::WriteOptions;
+use std::fs;
+
+const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
+
+struct Run {
+    folder: tempfile::TempDir,
+    scene: SceneDescription,
+    sources: Sources,
+    out: Diagnostics,
+    assets: Assets,
+}
+
+impl Run {
+    /// Writes the files and a two-pixel image `t.ppm`, then loads the nodes.
+    fn new(files: &[(&str, &str)], nodes: Vec<Node>) -> Self {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        for (name, text) in files {
+            fs::write(folder.path().join(name), text).expect("written");
+        }
+        fs::write(folder.path().join("t.ppm"), "P3\n2 1\n255\n255 0 0 0 0 255\n").expect("written");
+        let mut scene = SceneDescription::default();
+        for node in nodes {
+            scene.add(node);
+        }
+        let (sources, out) = (Sources::default(), Diagnostics::default());
+        let mut run = Self { folder, scene, sources, out, assets: Assets::default() };
+        run.load();
+        run
+    }
+
+    fn load(&mut self) {
+        let folders = Folders { root: self.folder.path().to_owned(), asset_roots: Vec::new() };
+        self.assets = Assets::load(&mut self.scene, &folders, &mut self.sources, &mut self.out);
+    }
+
+    fn codes(&self) -> Vec<&str> {
+        self.out.iter().map(|d| d.code).collect()
+    }
+
+    fn shape(&self, name: &str) -> NodeId {
+        self.scene.find(Role::Shape, name).expect("there")
+    }
+}
+
+fn mesh(name: &str, file: &str) -> Node {
+    Node::new(Role::Shape, "mesh", name).with("file", file)
+}
+
+#[test]
+fn a_file_is_read_once_and_its_materials_are_shared() {
+    let files = [
+        ("m.obj", format!("mtllib m.mtl\n{TRIANGLE}usemtl a\nf 1 2 3\nusemtl b\nf 1 2 3\n")),
+        ("m.mtl", "newmtl a\nmap_Kd t.ppm\nnewmtl b\nKd 1 0 0\n".to_owned()),
+    ];
+    let files: Vec<(&str, &str)> = files.iter().map(|(n, t)| (*n, t.as_str())).collect();
+    let own = mesh("three", "m.obj").with("material", "x");
+    let texture = Node::new(Role::Texture, "image", "again").with("file", "./t.ppm");
+    let mut run = Run::new(&files, vec![mesh("one", "m.obj"), mesh("two", "./m.obj"), own, texture]);
+    assert!(run.out.is_empty(), "{:?}", run.out);
+    let [one, two, three] = ["one", "two", "three"].map(|n| run.shape(n));
+    let file = run.assets.mesh(one).expect("read");
+    assert!(Arc::ptr_eq(file, run.assets.mesh(two).expect("read")));
+    assert!(Arc::ptr_eq(file, run.assets.mesh(three).expect("read")));
+    let slots = run.assets.slot_materials(one).to_vec();
+    let names: Vec<&str> = slots.iter().map(|id| run.scene.node(*id).name.as_str()).collect();
+    assert_eq!(names, ["one/a", "one/b"]);
+    assert_eq!(run.assets.slot_materials(two), slots);
+    assert!(run.assets.slot_materials(three).is_empty());
+    let [mine, again] = ["one/a", "again"].map(|n| run.scene.find(Role::Texture, n).expect("there"));
+    assert!(Arc::ptr_eq(run.assets.image(mine).expect("read"), run.assets.image(again).expect("read")));
+    let image_bytes = 2 * 4 * u64::from(run.assets.image(again).expect("read").channels());
+    assert_eq!(run.assets.bytes(), image_bytes + 3 * 12 + 2 * 12 + 2 * 4);
+    let hashes: Vec<_> = run.assets.content_hashes().collect();
+    assert_eq!(hashes.len(), 5);
+    assert_eq!(hashes[0].1, *blake3::hash(files[0].1.as_bytes()).as_bytes());
+    // Loading the completed description again adds nothing.
+    let before = run.scene.clone();
+    run.load();
+    assert!(run.out.is_empty() && run.scene == before);
+    assert_eq!(run.assets.slot_materials(one), slots);
+    assert!(run.assets.image(mine).is_some());
+}
+
+#[test]
+fn a_mesh_whose_users_have_materials_adds_none() {
+    let text = format!("mtllib no.mtl\n{TRIANGLE}usemtl a\nf 1 2 3\n");
+    let run = Run::new(&[("m.obj", &text)], vec![mesh("one", "m.obj").with("material", "x")]);
+    assert_eq!(run.scene.len(), 1);
+    assert!(run.assets.mesh(run.shape("one")).is_some());
+}
+
+#[test]
+fn a_material_of_the_scene_stands_in() {
+    let text = format!("{TRIANGLE}f 1 2 3\n");
+    let own = Node::new(Role::Material, "mirror", "one/default");
+    let run = Run::new(&[("m.obj", &text)], vec![mesh("one", "m.obj"), own]);
+    let slot = run.assets.slot_materials(run.shape("one"))[0];
+    assert_eq!(run.scene.node(slot).type_name, "mirror");
+    assert_eq!(run.scene.len(), 2);
+}
+
+#[test]
+fn an_image_that_cannot_be_decoded_gives_the_plain_colour() {
+    let text = format!("mtllib m.mtl\n{TRIANGLE}usemtl a\nf 1 2 3\n");
+    let library = "newmtl a\nKd 0.25 0.5 1\nmap_Kd bad.png\n";
+    let files = [("m.obj", text.as_str()), ("m.mtl", library), ("bad.png", "\u{89}PNG and no more")];
+    let run = Run::new(&files, vec![mesh("one", "m.obj")]);
+    assert_eq!(run.codes(), ["mtl::image"]);
+    assert!(!run.out.has_errors());
+    let place = run.sources.locate(run.out.iter().next().expect("one").span).expect("a place");
+    assert_eq!((place.name, place.line, place.column), ("m.mtl", 3, 8));
+    let slot = run.scene.node(run.assets.slot_materials(run.shape("one"))[0]);
+    let plain: Value = [0.25, 0.5, 1.0].into();
+    assert_eq!(slot.param("diffuse").expect("given").value, plain);
+    assert_eq!(slot.param("ambient").expect("given").value, plain);
+    assert_eq!(run.scene.of_role(Role::Texture).count(), 0);
+}
+
+#[test]
+fn faults_of_nodes_are_errors() {
+    let texture = |name: &str, file: &str| Node::new(Role::Texture, "image", name).with("file", file);
+    let files = [("mesh.obj", "f"), ("m.ply", "ply"), ("bad.png", "no image")];
+    let nodes = vec![
+        mesh("missing", "mash.obj"),
+        mesh("format", "m.ply"),
+        mesh("outside", "../x.obj"),
+        texture("a", "bad.png"),
+        texture("b", "no.png"),
+        Node::new(Role::Shape, "mesh", "odd").with("file", 3),
+    ];
+    let run = Run::new(&files, nodes);
+    let codes = ["asset::missing", "asset::mesh-format", "asset::outside", "asset::missing", "asset::image"];
+    assert_eq!(run.codes(), codes);
+    let first = run.out.iter().next().expect("some");
+    assert!(first.help.starts_with("did you mean `mesh.obj`?"), "{}", first.help);
+    assert_eq!(run.assets.content_hashes().count(), 0);
+}
+
+#[test]
+fn names_are_relative_to_the_file_that_says_them() {
+    let mut run = Run::new(&[], Vec::new());
+    let sub = run.folder.path().join("sub");
+    fs::create_dir(&sub).expect("made");
+    fs::write(sub.join("m.obj"), format!("{TRIANGLE}f 1 2 3\n")).expect("written");
+    let file = run.sources.add(&sub.join("part.toml"), "part.toml", "");
+    let mut node = mesh("one", "m.obj");
+    node.span = Span { file, start: 0, len: 0 };
+    run.scene.add(node);
+    run.load();
+    assert!(run.out.is_empty() && run.assets.mesh(run.shape("one")).is_some());
+}
+
+#[test]
+fn many_images_keep_their_nodes() {
+    let mut run = Run::new(&[], Vec::new());
+    for i in 0..40u32 {
+        let mut image = Image::new(i + 1, 1, 3);
+        image.pixel_mut(0, 0)[0] = 1.0;
+        let path = run.folder.path().join(format!("{i}.png"));
+        penombre_image::save(&path, &image, &WriteOptions::default()).expect("saved");
+        run.scene.add(Node::new(Role::Texture, "image", i.to_string()).with("file", format!("{i}.png")));
+    }
+    run.load();
+    for (id, node) in run.scene.of_role(Role::Texture) {
+        let width = run.assets.image(id).expect("decoded").width();
+        assert_eq!(width.to_string(), (node.name.parse::<u32>().expect("a number") + 1).to_string());
+    }
+}

@@ -1,0 +1,118 @@
+//! What a file is, by its name's ending and its first bytes.
+
+use std::path::Path;
+
+/// What the loader can do with a file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Content {
+    /// A scene in TOML.
+    Scene,
+    /// A mesh.
+    Mesh,
+}
+
+/// A file that can be read.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct FileKind {
+    pub content: Content,
+    /// What was guessed, to follow the file's name.
+    pub warning: Option<&'static str>,
+}
+
+/// A file that cannot be read: words to follow its name, and a hint.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Unreadable {
+    pub message: String,
+    pub help: String,
+}
+
+/// The formats that are read.
+const KNOWN: &str = "scenes are read from .toml, meshes from .obj and .off";
+
+/// First bytes that tell what a file is.
+const MAGIC: [(&[u8], &str); 14] = [
+    (b"\x1f\x8b", "compressed with gzip"),
+    (b"PK\x03\x04", "a zip archive"),
+    (b"\xfd7zXZ\0", "compressed with xz"),
+    (b"\x28\xb5\x2f\xfd", "compressed with zstd"),
+    (b"BZh", "compressed with bzip2"),
+    (b"\x89PNG", "a PNG image"),
+    (b"\xff\xd8\xff", "a JPEG image"),
+    (b"\x76\x2f\x31\x01", "an OpenEXR image"),
+    (b"#?RADIANCE", "a Radiance HDR image"),
+    (b"%PDF", "a PDF document"),
+    (b"BLENDER", "a Blender file"),
+    (b"\x7fELF", "a program"),
+    (b"\xff\xfe", "a text in UTF-16"),
+    (b"\xfe\xff", "a text in UTF-16"),
+];
+
+/// Formats that this version does not read, by ending.
+const NOT_YET: [(&str, &str); 12] = [
+    ("ply", "a PLY mesh"),
+    ("stl", "an STL mesh"),
+    ("gltf", "a glTF scene"),
+    ("glb", "a binary glTF scene"),
+    ("pbrt", "a pbrt scene"),
+    ("xml", "a Mitsuba scene"),
+    ("json", "a scene in JSON"),
+    ("usd", "a USD scene"),
+    ("usda", "a USD scene"),
+    ("usdz", "a USD scene"),
+    ("blend", "a Blender file"),
+    ("fbx", "an FBX scene"),
+];
+
+fn unreadable(message: String, help: &str) -> Unreadable {
+    Unreadable { message, help: help.to_owned() }
+}
+
+/// What a file is; `bytes` begin with its first 64, or are all if there are fewer.
+pub fn of_file(path: &Path, bytes: &[u8]) -> Result<FileKind, Unreadable> {
+    let ending = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
+    if let Some((_, what)) = MAGIC.iter().find(|(magic, _)| bytes.starts_with(magic)) {
+        let help = match *what {
+            what if what.contains("compressed") || what.contains("archive") => "unpack it first",
+            "a text in UTF-16" => "save it as UTF-8",
+            _ => KNOWN,
+        };
+        return Err(unreadable(format!("is {what}, expected a scene or mesh"), help));
+    }
+    let scene = bytes.starts_with(b"glTF").then_some("a binary glTF scene");
+    let by_name = NOT_YET.iter().find(|(known, _)| *known == ending).map(|(_, what)| *what);
+    if let Some(what) = scene.or(by_name) {
+        return Err(unreadable(format!("is {what}, which is not read by this version"), KNOWN));
+    }
+    let kind = |content| Ok(FileKind { content, warning: None });
+    match ending.as_str() {
+        "obj" | "off" => kind(Content::Mesh),
+        _ if bytes.iter().all(u8::is_ascii_whitespace) => {
+            Err(unreadable("is empty, expected a scene or mesh".to_owned(), KNOWN))
+        }
+        "toml" => kind(Content::Scene),
+        _ => guess(bytes),
+    }
+}
+
+/// A file whose name does not tell.
+fn guess(bytes: &[u8]) -> Result<FileKind, Unreadable> {
+    let text = String::from_utf8_lossy(&bytes[..bytes.len().min(4096)]);
+    let mut lines = text.lines().map(str::trim).filter(|l| !l.is_empty() && !l.starts_with('#'));
+    let first = lines.next().unwrap_or("");
+    let is_version =
+        |l: &str| l.strip_prefix("penombre").is_some_and(|rest| rest.trim_start().starts_with('='));
+    if is_version(first) || lines.any(is_version) {
+        let warning = Some("is read as a scene, as its content suggests; give it a name that ends in .toml");
+        return Ok(FileKind { content: Content::Scene, warning });
+    }
+    let words: Vec<&str> = first.split_whitespace().collect();
+    let looks_like = |what: &str, ending: &str| {
+        let help = format!("give it a name that ends in {ending}");
+        Err(Unreadable { message: format!("looks like {what}, but its name does not say so"), help })
+    };
+    match words[..] {
+        ["OFF" | "COFF" | "NOFF" | "CNOFF" | "STOFF", ..] => looks_like("an OFF mesh", ".off"),
+        ["v" | "vn" | "vt" | "mtllib" | "o" | "g" | "f", _, ..] => looks_like("an OBJ mesh", ".obj"),
+        _ => Err(unreadable("is neither a scene nor a mesh that can be read".to_owned(), KNOWN)),
+    }
+}

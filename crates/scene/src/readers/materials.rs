@@ -1,0 +1,270 @@
+//! Materials of OBJ files as nodes.
+
+use super::faults::Faults;
+use super::lexer::Token;
+use super::mtl::{self, Map, MtlMaterial};
+use super::obj::ObjFile;
+use super::{Folders, MeshTexture};
+use crate::assets::PathFault;
+use crate::description::{Node, Role, Value};
+use std::collections::HashSet;
+use std::path::{Path, PathBuf};
+
+/// Diffuse, specular and shininess of what has no material.
+const PLAIN: ([f32; 3], [f32; 3], f32) = ([0.8; 3], [0.04; 3], 32.0);
+
+/// The nodes of a file, one material per slot.
+#[derive(Default)]
+pub(super) struct FileMaterials {
+    pub materials: Vec<Node>,
+    pub textures: Vec<MeshTexture>,
+}
+
+/// The material of surfaces about which nothing is said.
+pub(super) fn plain(prefix: &str) -> Node {
+    let (diffuse, specular, shininess) = PLAIN;
+    let said = MtlMaterial { diffuse, specular, shininess, ..MtlMaterial::named(String::new()) };
+    node(&said, format!("{prefix}/default"))
+}
+
+/// A `phong` node. It answers ambient light as it answers other light.
+fn node(m: &MtlMaterial, name: String) -> Node {
+    Node::new(Role::Material, "phong", name)
+        .with("diffuse", rgb(m.diffuse))
+        .with("specular", rgb(m.specular))
+        .with("shininess", short(m.shininess))
+        .with("ambient", rgb(m.diffuse))
+}
+
+/// A colour as a value.
+pub(super) fn rgb(color: [f32; 3]) -> Value {
+    color.map(short).into()
+}
+
+/// The number with the fewest digits that rounds to `v`: what the file said, most likely.
+fn short(v: f32) -> f64 {
+    v.to_string().parse().unwrap_or(f64::from(v))
+}
+
+/// A material of a library and the file of its image.
+type Known = (MtlMaterial, Option<PathBuf>);
+
+/// Reads the libraries of an OBJ file and makes the nodes of its slots. `None` after an error.
+pub(super) fn of_obj(
+    file: &ObjFile<'_>,
+    path: &Path,
+    prefix: &str,
+    folders: &Folders,
+    faults: &mut Faults<'_>,
+) -> Option<FileMaterials> {
+    let mut found = FileMaterials::default();
+    let mut known: Vec<Known> = Vec::new();
+    let mut sound = true;
+    for line in &file.libraries {
+        for library in libraries(*line, path, folders, faults) {
+            sound &= read_library(&library, path, folders, faults, &mut known);
+        }
+    }
+    let mut names = HashSet::new();
+    for slot in &file.slots {
+        let material = match slot {
+            None => None,
+            Some(name) => match known.iter().find(|(m, _)| m.name == name.lossy()) {
+                Some(known) => Some(known.clone()),
+                None => {
+                    undefined(*name, !file.libraries.is_empty(), faults);
+                    None
+                }
+            },
+        };
+        let wanted = slot.map_or_else(|| "default".to_owned(), |name| name.lossy());
+        let name = unique(&wanted, prefix, &mut names);
+        found.add(material, name, folders);
+    }
+    (sound && !faults.failed()).then_some(found)
+}
+
+impl FileMaterials {
+    /// Adds the material of the next slot.
+    fn add(&mut self, material: Option<Known>, name: String, folders: &Folders) {
+        let Some((said, file)) = material else {
+            let mut node = plain("");
+            node.name = name;
+            self.materials.push(node);
+            return;
+        };
+        let mut material = node(&said, name.clone());
+        if let (Some(map), Some(path)) = (&said.map, file) {
+            let texture: Value = [("texture", Value::from(name.as_str()))].into();
+            material.set("diffuse", texture.clone());
+            material.set("ambient", texture);
+            let slot = self.materials.len();
+            let node = texture_node(map, &path, name, folders);
+            self.textures.push(MeshTexture { node, path, slot, plain: rgb(said.diffuse) });
+        }
+        self.materials.push(material);
+    }
+}
+
+fn texture_node(map: &Map, path: &Path, name: String, folders: &Folders) -> Node {
+    let mut file = Value::from(folders.name_of(path));
+    file.span = map.span;
+    let mut node = Node::new(Role::Texture, "image", name).with("file", file);
+    if map.scale != [1.0; 2] {
+        node = node.with("scale", map.scale.map(short));
+    }
+    if map.clamp {
+        node = node.with("wrap", "clamp");
+    }
+    node
+}
+
+fn undefined(name: Token<'_>, has_library: bool, faults: &mut Faults<'_>) {
+    let shown = match super::off::shortened(name) {
+        unnamed if unnamed.is_empty() => "without a name".to_owned(),
+        name => format!("`{name}`"),
+    };
+    let message = format!("the material {shown} is not defined: its faces are grey");
+    let fault = faults.warning("obj::material", name, message);
+    if !has_library {
+        fault.help = "the file names no library: add a line `mtllib FILE.mtl`".into();
+    }
+}
+
+/// `prefix/name`, with a number if another slot has that name.
+fn unique(name: &str, prefix: &str, taken: &mut HashSet<String>) -> String {
+    let shown: String =
+        name.chars().map(|c| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c }).collect();
+    let shown = if shown.is_empty() { "unnamed" } else { &shown };
+    let first = format!("{prefix}/{shown}");
+    let mut wanted = first.clone();
+    let mut number = 2;
+    while !taken.insert(wanted.clone()) {
+        wanted = format!("{first}-{number}");
+        number += 1;
+    }
+    wanted
+}
+
+/// The libraries that a `mtllib` line names: the whole rest of the line if there is such a file, else names that end
+/// in `.mtl`, else single words. What is not found gives a warning, what may not be read an error.
+fn libraries(line: Token<'_>, obj: &Path, folders: &Folders, faults: &mut Faults<'_>) -> Vec<PathBuf> {
+    let base = obj.parent().unwrap_or(Path::new(""));
+    match find(&line.lossy(), base, folders) {
+        Ok(path) => return vec![path],
+        Err(fault) if fault.is_refusal() => {
+            faults.error(fault.code(), line, fault.to_string()).help = fault.help();
+            return Vec::new();
+        }
+        Err(_) => {}
+    }
+    let mut found = Vec::new();
+    for name in parts(line) {
+        let text = name.lossy();
+        match find(&text, base, folders).or_else(|e| beside(&text, base, folders, e)) {
+            Ok(path) => found.push(path),
+            Err(fault) if fault.is_refusal() => {
+                faults.error(fault.code(), name, fault.to_string()).help = fault.help();
+            }
+            Err(fault) => {
+                let message = format!("the material library is not read, its materials are grey: {fault}");
+                faults.warning("obj::library", name, message).help = fault.help();
+            }
+        }
+    }
+    found
+}
+
+/// Finds a file; back slashes separate folders as on Windows.
+fn find(name: &str, base: &Path, folders: &Folders) -> Result<PathBuf, PathFault> {
+    folders.resolve(base, &name.replace('\\', "/"))
+}
+
+/// Tries something else after a file was not found. The first fault stays if that fails too.
+fn if_missing(
+    fault: PathFault,
+    other: impl FnOnce() -> Result<PathBuf, PathFault>,
+) -> Result<PathBuf, PathFault> {
+    match fault {
+        PathFault::Missing { .. } => other().map_err(|_| fault),
+        fault => Err(fault),
+    }
+}
+
+/// Finds a missing file by its last name beside the one that names it: files are often moved without their folder.
+fn beside(name: &str, base: &Path, folders: &Folders, fault: PathFault) -> Result<PathBuf, PathFault> {
+    let forward = name.replace('\\', "/");
+    let Some((_, last)) = forward.rsplit_once('/') else { return Err(fault) };
+    if_missing(fault, || folders.resolve(base, last))
+}
+
+/// Splits `my a.mtl b.mtl` into `my a.mtl` and `b.mtl`.
+fn parts(line: Token<'_>) -> Vec<Token<'_>> {
+    let mut parts = Vec::new();
+    let mut start = 0;
+    while start < line.text.len() {
+        let rest = &line.text[start..];
+        let blank = |b: &u8| b.is_ascii_whitespace();
+        let ends =
+            (0..rest.len()).filter(|i| rest.get(i + 1).is_none_or(blank) && !blank(&rest[*i])).map(|i| i + 1);
+        let end = ends.clone().find(|end| rest[..*end].to_ascii_lowercase().ends_with(b".mtl"));
+        let end = end.or_else(|| ends.clone().next()).unwrap_or(rest.len());
+        parts.push(Token { text: &rest[..end], at: line.at + start });
+        start += end + rest[end..].iter().take_while(|b| blank(b)).count();
+    }
+    parts
+}
+
+/// Reads a library and finds the images of its materials. False after an error.
+fn read_library(
+    path: &Path,
+    obj: &Path,
+    folders: &Folders,
+    faults: &mut Faults<'_>,
+    known: &mut Vec<Known>,
+) -> bool {
+    let name = folders.name_of(path);
+    let bytes = match std::fs::read(path) {
+        Ok(bytes) => bytes,
+        Err(e) => {
+            let end = faults.end();
+            faults.warning("obj::library", end, format!("the material library `{name}` cannot be read: {e}"));
+            return true;
+        }
+    };
+    let mut faults = faults.companion(&bytes, path, &name);
+    for material in mtl::parse(&bytes, &mut faults) {
+        let image = material.map.as_ref().and_then(|map| image_of(map, path, obj, folders, &mut faults));
+        known.push((material, image));
+    }
+    !faults.failed()
+}
+
+/// Finds the image of a map: relative to the library, else to the OBJ file, else by its last name beside either.
+fn image_of(
+    map: &Map,
+    library: &Path,
+    obj: &Path,
+    folders: &Folders,
+    faults: &mut Faults<'_>,
+) -> Option<PathBuf> {
+    let folder = |file: &Path| file.parent().unwrap_or(Path::new("")).to_owned();
+    let (near, far) = (folder(library), folder(obj));
+    let found = folders
+        .resolve(&near, &map.file)
+        .or_else(|fault| if_missing(fault, || folders.resolve(&far, &map.file)))
+        .or_else(|fault| beside(&map.file, &near, folders, fault))
+        .or_else(|fault| beside(&map.file, &far, folders, fault));
+    match found {
+        Ok(path) => Some(path),
+        Err(fault) if fault.is_refusal() => {
+            faults.error_at(fault.code(), map.span, fault.to_string()).help = fault.help();
+            None
+        }
+        Err(fault) => {
+            let message = format!("{fault}: the plain colour is used");
+            faults.warning_at("mtl::image", map.span, message).help = fault.help();
+            None
+        }
+    }
+}

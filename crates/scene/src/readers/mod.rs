@@ -1,0 +1,150 @@
+//! Readers of mesh files.
+//!
+//! They take bytes, report every fault with line and column, and stop after 20 errors. What a file says in vain
+//! (a two-corner face, a missing library) is a warning; what would be guessed at is an error.
+
+mod colors;
+mod faults;
+mod lexer;
+mod materials;
+mod mtl;
+mod obj;
+mod off;
+mod polygon;
+mod soup;
+
+use crate::assets::{PathFault, resolve};
+use crate::description::{Node, Value};
+use crate::diagnostic::Diagnostics;
+use crate::mesh::TriangleMesh;
+use crate::span::Sources;
+use faults::Faults;
+use std::path::{Path, PathBuf};
+
+/// A mesh file: its triangles and what they are made of.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MeshFile {
+    /// The triangles.
+    pub mesh: TriangleMesh,
+    /// The material nodes by slot, type `phong`; never empty. Their names begin with [`MeshSource::prefix`].
+    pub materials: Vec<Node>,
+    /// The images that they use.
+    pub textures: Vec<MeshTexture>,
+}
+
+/// An image that a material of a mesh file uses.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MeshTexture {
+    /// The texture node, type `image`; has the name of its material. Its `file` is relative to the scene's folder,
+    /// or absolute if it lies below an asset root.
+    pub node: Node,
+    /// The file.
+    pub path: PathBuf,
+    /// Slot of the material that uses it.
+    pub slot: usize,
+    /// The diffuse colour to be used if the file cannot be decoded.
+    pub plain: Value,
+}
+
+/// The folders below which files may be read.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Folders {
+    /// The folder of the main scene file.
+    pub root: PathBuf,
+    /// Further folders (`--asset-root`).
+    pub asset_roots: Vec<PathBuf>,
+}
+
+impl Folders {
+    /// Finds a file that another file in the folder `base` names: see [`resolve`].
+    ///
+    /// # Errors
+    /// As [`resolve`].
+    pub fn resolve(&self, base: &Path, name: &str) -> Result<PathBuf, PathFault> {
+        resolve(&self.root, &self.asset_roots, base, name)
+    }
+
+    /// How scenes and messages call a file that [`Folders::resolve`] found: relative to the scene's folder if it
+    /// lies there, with forward slashes.
+    pub fn name_of(&self, path: &Path) -> String {
+        let root = if self.root.as_os_str().is_empty() { Path::new(".") } else { &self.root };
+        let relative = root.canonicalize().ok().and_then(|r| path.strip_prefix(r).ok().map(Path::to_owned));
+        match relative {
+            Some(p) => p.iter().map(|part| part.to_string_lossy()).collect::<Vec<_>>().join("/"),
+            None => path.to_string_lossy().into_owned(),
+        }
+    }
+}
+
+/// Where a mesh file comes from, and where its faults go.
+pub struct MeshSource<'a> {
+    /// The file; its libraries are looked for in its folder.
+    pub path: &'a Path,
+    /// How messages call it.
+    pub name: &'a str,
+    /// What the names of its materials begin with, before a slash: the name of the shape.
+    pub prefix: &'a str,
+    /// What may be read.
+    pub folders: &'a Folders,
+    /// Gets excerpts around faults.
+    pub sources: &'a mut Sources,
+    /// Gets the faults.
+    pub out: &'a mut Diagnostics,
+}
+
+/// The formats of meshes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MeshFormat {
+    /// Geomview's Object File Format.
+    Off,
+    /// Wavefront's object file.
+    Obj,
+}
+
+impl MeshFormat {
+    /// The format by the ending of a file's name, in upper or lower case.
+    pub fn of_path(path: &Path) -> Option<Self> {
+        match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
+            "off" => Some(Self::Off),
+            "obj" => Some(Self::Obj),
+            _ => None,
+        }
+    }
+}
+
+/// Reads a mesh file of a known format. Faults go to the source; `None` after errors.
+pub fn read_mesh(format: MeshFormat, bytes: &[u8], source: &mut MeshSource<'_>) -> Option<MeshFile> {
+    match format {
+        MeshFormat::Off => read_off(bytes, source),
+        MeshFormat::Obj => read_obj(bytes, source),
+    }
+}
+
+/// Reads an OFF file \[Geomview\]: prefixes `ST`, `C`, `N`; polygons; colours of vertices and faces. Faults go to
+/// the source; `None` after errors.
+pub fn read_off(bytes: &[u8], source: &mut MeshSource<'_>) -> Option<MeshFile> {
+    let mut faults = Faults::new(bytes, source.path, source.name, source.sources, source.out);
+    let mesh = off::parse(bytes, &mut faults)?;
+    tell_empty(&mesh, &mut faults);
+    Some(MeshFile { mesh, materials: vec![materials::plain(source.prefix)], textures: Vec::new() })
+}
+
+/// Reads an OBJ file \[WavefrontObj\] and its material libraries \[WavefrontMtl\]. Attribute indices are kept apart,
+/// so positions and their indices are those of the same mesh in OFF. Faults go to the source; `None` after errors.
+pub fn read_obj(bytes: &[u8], source: &mut MeshSource<'_>) -> Option<MeshFile> {
+    let mut faults = Faults::new(bytes, source.path, source.name, source.sources, source.out);
+    let file = obj::parse(bytes, &mut faults)?;
+    let mut found = materials::of_obj(&file, source.path, source.prefix, source.folders, &mut faults)?;
+    tell_empty(&file.mesh, &mut faults);
+    if found.materials.is_empty() {
+        found.materials.push(materials::plain(source.prefix));
+    }
+    Some(MeshFile { mesh: file.mesh, materials: found.materials, textures: found.textures })
+}
+
+fn tell_empty(mesh: &TriangleMesh, faults: &mut Faults<'_>) {
+    if mesh.indices.is_empty() {
+        let end = faults.end();
+        faults.warning("mesh::empty", end, "there is no triangle in the file: nothing of it will be seen");
+    }
+}
