@@ -52,7 +52,7 @@ class Plan:
         """The quick or the full plan."""
         if quick:
             return Plan(160, 90, SoftCheck(edge=256, oracle_samples=2, seeds=8, spp=8, long_spp=64))
-        return Plan(480, 18, SoftCheck(edge=480, oracle_samples=4, seeds=8, spp=8, long_spp=64))
+        return Plan(480, 18, SoftCheck(edge=480, oracle_samples=2, seeds=8, spp=8, long_spp=64))
 
 
 def compare_images(found: Image, expected: Image, row_step: int = 1) -> tuple[bool, str]:

@@ -2,7 +2,7 @@
 """Independent brute-force evaluation of the course's classic ray tracer (standard library only).
 
     python3 tests/oracle/oracle.py cornell --phase 4 --out cornell.png
-    python3 tests/oracle/oracle.py cornell --phase 2 --soft --samples 4 --blocks 32 --out blocks.json
+    python3 tests/oracle/oracle.py cornell --phase 2 --soft --samples 2 --blocks 32 --out blocks.json
 
 Scenes: sphere, square, cornell, sphere-as-given, cornell-as-given, checker-mirror, checker-glass, or a `.toml` file.
 Without --soft one ray goes through each pixel's centre and every light is a point at its centre (hard shadows).
@@ -44,7 +44,7 @@ def _arguments() -> argparse.Namespace:
     for name in ("fov", "near", "far"):
         parser.add_argument(f"--{name}", type=float, help=f"overrides the camera's {name}")
     parser.add_argument("--soft", action="store_true", help="random points of the lights, means of blocks as JSON")
-    parser.add_argument("--samples", type=int, default=4, help="rays a pixel with --soft, 2 or more")
+    parser.add_argument("--samples", type=int, default=2, help="rays a pixel with --soft, 2 or more")
     parser.add_argument("--blocks", type=int, default=32, help="edge of a block in pixels, with --soft")
     parser.add_argument("--seed", type=int, default=1, help="of --soft")
     parser.add_argument("--out", type=Path, required=True, help=".pfm (exact), .png (to look at); .json with --soft")

@@ -3,7 +3,7 @@
 use crate::args::DiffArgs;
 use crate::{Exit, report, terminal};
 use penombre_image::metrics::{Comparison, compare};
-use penombre_image::{Image, WriteOptions, metrics};
+use penombre_image::{Image, WriteOptions, heatmap, metrics};
 use serde_json::json;
 use std::path::Path;
 
@@ -19,9 +19,9 @@ pub fn run(args: &DiffArgs) -> Exit {
         }
     };
     if let Some(path) = &args.output {
-        let saved = metrics::error_map(&a, &b)
-            .map_err(|e| e.to_string())
-            .and_then(|map| penombre_image::save(path, &map, &WriteOptions::default()).map_err(|e| e.to_string()));
+        let saved = metrics::flip_map(&a, &b).map_err(|e| e.to_string()).and_then(|map| {
+            penombre_image::save(path, &heatmap(&map, 1.0), &WriteOptions::default()).map_err(|e| e.to_string())
+        });
         if let Err(error) = saved {
             report::error(&format!("the heat map was not saved: {error}"), "");
             return Exit::Usage;

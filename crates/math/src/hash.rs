@@ -46,7 +46,7 @@ pub const fn hash_words(words: &[u32]) -> u64 {
 }
 
 /// A float in [0, 1) from the upper 24 bits: a multiple of 2⁻²⁴, never 1.
-#[inline]
+#[inline(always)]
 pub const fn unit_f32(bits: u32) -> f32 {
     (bits >> 8) as f32 * (1.0 / 16_777_216.0)
 }

@@ -28,7 +28,7 @@ const fn keys(seed: u32) -> Keys {
 
 /// Laine and Karras' permutation, in which a bit is flipped depending on `seed` and the bits *below* it only;
 /// constants of the improved variant of \[Vegdahl2021\]. `seed` must be mixed well.
-#[inline]
+#[inline(always)]
 const fn laine_karras(mut x: u32, seed: u32) -> u32 {
     x ^= x.wrapping_mul(0x3d20_adea);
     x = x.wrapping_add(seed);
@@ -46,7 +46,7 @@ pub const fn owen_scramble(x: u32, seed: u32) -> u32 {
 
 /// The second Sobol dimension of an index, bits reversed: bit k is the sum modulo 2 of all index bits j with
 /// C(j, k) odd, that is, whose number j holds all binary digits of k. Five steps do one digit each.
-#[inline]
+#[inline(always)]
 const fn second_dimension_reversed(mut i: u32) -> u32 {
     i ^= (i >> 1) & 0x5555_5555;
     i ^= (i >> 2) & 0x3333_3333;
@@ -73,6 +73,29 @@ pub const fn sobol_2d(index: u32, seed: u32) -> [f32; 2] {
     // One reversal serves both.
     let reversed = ((x as u64) << 32 | y as u64).reverse_bits();
     [unit_f32(reversed as u32), unit_f32((reversed >> 32) as u32)]
+}
+
+/// Points `first`, `first` + 1, … of the two-dimensional sequence of `seed`: what [`sobol_2d`] gives one by one,
+/// in loops that a compiler turns into vector code. Inlined, to be compiled for the caller's instruction set.
+#[inline(always)]
+pub fn sobol_2d_run(first: u32, seed: u32, points: &mut [[f32; 2]]) {
+    const LANES: usize = 8;
+    let Keys { order, first: first_key, second } = keys(seed);
+    for (block, points) in points.chunks_mut(LANES).enumerate() {
+        let start = first.wrapping_add((block * LANES) as u32);
+        let mut index: [u32; LANES] = std::array::from_fn(|lane| start.wrapping_add(lane as u32));
+        let (mut x, mut y) = ([0f32; LANES], [0f32; LANES]);
+        index.iter_mut().for_each(|i| *i = laine_karras(i.reverse_bits(), order).reverse_bits());
+        for lane in 0..LANES {
+            x[lane] = unit_f32(laine_karras(index[lane], first_key).reverse_bits());
+        }
+        for lane in 0..LANES {
+            y[lane] = unit_f32(laine_karras(second_dimension_reversed(index[lane]), second).reverse_bits());
+        }
+        for (lane, point) in points.iter_mut().enumerate() {
+            *point = [x[lane], y[lane]];
+        }
+    }
 }
 
 /// Independent uniform number `index` of `seed`, in [0, 1).

@@ -57,8 +57,9 @@ pub fn complete(scene: &mut SceneDescription, assets: &Assets) {
     let view = stage.fit(points.iter().map(|p| p.as_dvec3()), aspect);
     scene.add(stage.camera(&view));
     stage.add_ground(scene, &view);
-    scene.add(stage.light("key", KEY, 2.4, 0.75, 4));
-    scene.add(stage.light("fill", FILL, 4.0, 0.25, 2));
+    // Together with the ambient light a white surface gets about 1, whichever way it faces.
+    scene.add(stage.light("key", KEY, 2.4, 0.8, 4));
+    scene.add(stage.light("fill", FILL, 4.0, 0.3, 2));
 }
 
 /// A camera named `auto` that has the whole box in view. `aspect`: width of the picture by its height. An empty box

@@ -120,6 +120,11 @@ impl Diagnostics {
         self.list.iter()
     }
 
+    /// Puts the faults in the order of their places; those without a place come last.
+    pub fn sort_by_place(&mut self) {
+        self.list.sort_by_key(|d| (d.span.file, d.span.start));
+    }
+
     /// Appends another list.
     pub fn extend(&mut self, other: Self) {
         self.list.extend(other.list);

@@ -274,6 +274,7 @@ impl Loader {
         }
         let Loaded { description, assets, sources, diagnostics, bare_mesh, .. } = &mut self.loaded;
         let mut late: Vec<(&String, FileId)> = Vec::new();
+        let mut early_faults = Diagnostics::default();
         for argument in sets {
             let file = sources.add(Path::new(""), set::SOURCE_NAME, argument.as_str());
             let mut faults = Diagnostics::default();
@@ -281,11 +282,17 @@ impl Loader {
             // It may be about a node that comes with a mesh file.
             if faults.has_errors() {
                 late.push((argument, file));
+                early_faults.extend(faults);
             }
         }
+        let nodes = description.len();
         *assets = Assets::load(description, &self.folders, sources, diagnostics);
         if *bare_mesh {
             auto::complete(description, assets);
+        }
+        if description.len() == nodes {
+            diagnostics.extend(early_faults);
+            return;
         }
         for (argument, file) in late {
             set::apply(argument, file, description, diagnostics);

@@ -98,7 +98,10 @@ impl Params {
         scene: &SceneDescription,
         out: &mut Diagnostics,
     ) -> Self {
-        let entries = decode::entries(node, schema, scene, out);
+        let mut faults = Diagnostics::default();
+        let entries = decode::entries(node, schema, scene, &mut faults);
+        faults.sort_by_place();
+        out.extend(faults);
         Self { schema, entries, header: node.span }
     }
 

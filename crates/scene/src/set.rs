@@ -112,7 +112,7 @@ impl Setter<'_> {
         let Some(role) = Role::from_name(word) else {
             let names = Role::ALL.map(Role::name);
             let help = help_for(word, "a path begins with", &names);
-            self.fault(0, format!("`{word}` is nothing that a scene has"), help);
+            self.fault(0, format!("unknown word `{word}`"), help);
             return None;
         };
         let target = match role {
@@ -175,7 +175,7 @@ impl Setter<'_> {
     /// Tells why the path names none of the nodes of a role.
     fn no_node(&mut self, role: Role, names: &[&str]) {
         let role_word = role.name();
-        let all = format!("{role_word}s of this scene");
+        let all = format!("{role_word}s in this scene");
         match self.path {
             [_] if names.len() == 1 => {
                 let help = format!("write {role_word}.PARAMETER=VALUE");
@@ -214,7 +214,17 @@ impl Setter<'_> {
         let mut whole = node.param(&part.word).map_or(absent, |p| p.value.clone());
         match descend(&mut whole, &self.path[target.param + 1..], value) {
             Ok(()) => put(&mut node.params, part, whole),
-            Err(lost) => self.fault(target.param + 1 + lost.part, lost.message, String::new()),
+            Err(lost) => {
+                let at = target.param + 1 + lost.part;
+                let path: Vec<&str> = self.path[..at].iter().map(|p| p.word.as_str()).collect();
+                let message = format!(
+                    "`{}` is {} and has no part `{}`",
+                    path.join("."),
+                    lost.found,
+                    self.path[at].word
+                );
+                self.fault(at, message, "lists have parts 0, 1, 2, …; tables have parts by name".to_owned());
+            }
         }
     }
 
@@ -235,7 +245,8 @@ impl Setter<'_> {
 /// A part of a path that leads nowhere.
 struct Lost {
     part: usize,
-    message: String,
+    /// What is there instead.
+    found: String,
 }
 
 /// Sets the part of a value that the rest of the path names.
@@ -253,8 +264,7 @@ fn descend(at: &mut Value, path: &[Part], value: Value) -> Result<(), Lost> {
         _ => None,
     };
     let Some(inner) = inner else {
-        let message = format!("{} has no part `{}`", crate::params::found(at), part.word);
-        return Err(Lost { part: 0, message });
+        return Err(Lost { part: 0, found: crate::params::found(at) });
     };
     if rest.is_empty() {
         *inner = value;

@@ -50,10 +50,10 @@ impl<P: Copy> Step<'_, P> {
         self.wait_for(radiance, 0);
     }
 
-    /// Adds the share of `radiance` that arrives: the fraction of the rays that meet nothing.
-    pub fn add_if_visible(&mut self, radiance: Spectrum, rays: impl IntoIterator<Item = Ray>) {
+    /// Adds the share of `radiance` that arrives: the fraction of the rays pushed by `rays` that meet nothing.
+    pub fn add_if_visible(&mut self, radiance: Spectrum, rays: impl FnOnce(&mut Vec<Ray>)) {
         let before = self.shadow_rays.len();
-        self.shadow_rays.extend(rays);
+        rays(self.shadow_rays);
         let count = self.shadow_rays.len() - before;
         if count > 0 {
             self.wait_for(radiance, count as u32);

@@ -13,7 +13,7 @@ use penombre_bvh::{Bvh, Hit, Ray};
 use penombre_math::{Bounds3, Transform};
 
 pub use summary::{Count, Summary};
-pub use surface::SurfacePoint;
+pub use surface::{Departure, SurfacePoint};
 
 /// A scene ready to be rendered: shapes in their acceleration structure, materials, textures, lights, cameras.
 #[derive(Debug)]

@@ -47,9 +47,31 @@ impl SurfacePoint {
         if self.outside() { self.ng } else { -self.ng }
     }
 
+    /// The origins of rays that leave this point.
+    pub fn departure(&self) -> Departure {
+        let sides = [self.origin_toward(-self.ng), self.origin_toward(self.ng)];
+        Departure { p: self.p, normal: self.ng, sides }
+    }
+
     /// Origin for a ray that leaves in direction `dir` (any length) without meeting this spot again.
     pub fn origin_toward(&self, dir: Vec3) -> Vec3 {
         offset_origin(self.p, self.p_error, self.ng, dir)
+    }
+}
+
+/// Where rays leave a surface point: one origin on each side, for many rays from one point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Departure {
+    p: Vec3,
+    normal: Vec3,
+    /// Origins behind and before the surface.
+    sides: [Vec3; 2],
+}
+
+impl Departure {
+    /// Origin for a ray toward `target`.
+    pub fn origin(&self, target: Vec3) -> Vec3 {
+        self.sides[usize::from((target - self.p).dot(self.normal) >= 0.0)]
     }
 }
 

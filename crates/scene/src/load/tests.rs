@@ -144,6 +144,7 @@ fn other_kinds_of_files_are_called_by_their_name() {
         ("p.toml", b"\x89PNG\r\n"),
         ("u.toml", b"\xff\xfea\0"),
         ("g", b"glTF\x02"),
+        ("q.gltf", b"\x89PNG"),
     ] {
         fs::write(dir.path().join(name), bytes).unwrap();
     }

@@ -28,10 +28,11 @@ fn unknown_keys(node: &Node, schema: &[ParamSpec], out: &mut Diagnostics) {
     let names: Vec<&str> = schema.iter().map(|s| s.name).collect();
     for param in node.params.iter().filter(|p| !names.contains(&p.name.as_str())) {
         let message = format!("unknown parameter {} of `{}`", ticked(&param.name), node.path());
-        let what = if node.type_name == node.role.name() || node.type_name.is_empty() {
-            format!("parameters of {}", node.role.name())
-        } else {
-            format!("parameters of {} {}", node.type_name, node.role.name())
+        let what = match node.role {
+            Role::Render => "render has".to_owned(),
+            Role::Integrator => format!("the integrator {} has", node.name),
+            Role::Instance => "instances have".to_owned(),
+            role => format!("{}s of type {} have", role.name(), node.type_name),
         };
         out.error("scene::unknown-parameter", param.name_span, message).help =
             help_for(&param.name, &what, &names);
@@ -197,7 +198,7 @@ impl Decoder<'_> {
         } else if single.is_infinite() {
             "numbers are kept in single precision, which ends at 3.4e38"
         } else {
-            "numbers are kept in single precision, in which this one is the excluded end of the range"
+            "numbers are kept in single precision, and rounded to it this one is the excluded end of the range"
         };
         self.fault("scene::out-of-range", value, &expected).help(help);
         None
@@ -281,7 +282,9 @@ impl Decoder<'_> {
 
     /// `{ texture = "NAME" }`.
     fn texture(&mut self, value: &Value, entries: &[Param]) -> Option<NodeId> {
-        self.unknown_entries(entries, &["texture"]);
+        if self.unknown_entries(entries, &["texture"]) {
+            return None;
+        }
         let Some(entry) = entries.iter().find(|e| e.name == "texture") else {
             self.fault("scene::wrong-type", value, "{ texture = \"NAME\" }");
             return None;
@@ -313,10 +316,6 @@ impl Decoder<'_> {
 
     fn text(&mut self, value: &Value, kind: &Kind) -> Option<Decoded> {
         match &value.kind {
-            ValueKind::String(s) if *kind == Kind::File && s.is_empty() => {
-                self.fault("scene::wrong-type", value, "the name of a file");
-                None
-            }
             ValueKind::String(s) => Some(Decoded::Text(s.clone())),
             _ => self.wrong_type(kind, value),
         }
@@ -333,7 +332,7 @@ impl Decoder<'_> {
                 quoted(name),
                 role.name()
             );
-            let help = help_for(name, &format!("{}s of this scene", role.name()), &names);
+            let help = help_for(name, &format!("{}s in this scene", role.name()), &names);
             self.report("scene::missing-reference", value.span, message).help(help);
         }
         found

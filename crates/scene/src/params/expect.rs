@@ -5,7 +5,7 @@ use crate::schema::{Kind, Range};
 
 /// A number as people write it: short, and with a point only where it has a fraction.
 pub fn number(v: f64) -> String {
-    if v.is_finite() && v != 0.0 && !(1e-4..1e9).contains(&v.abs()) {
+    if v.is_finite() && v != 0.0 && !(1e-4..1e16).contains(&v.abs()) {
         format!("{v:e}")
     } else {
         format!("{v}")

@@ -305,24 +305,9 @@ impl<'a> Reader<'a, '_, 'a> {
                 self.faults.error("off::face", first, message);
                 return self.soup.drop_corners();
             };
-            let vertices = self.soup.positions.len();
-            match integer(word.text) {
-                Some(i) if (0..vertices as i64).contains(&i) => {
-                    self.soup.corner(Corner { position: i as u32, uv: i as u32, normal: i as u32 });
-                }
-                Some(i) => {
-                    let message = match vertices {
-                        0 => format!("the face refers to vertex {i}, but there are no vertices"),
-                        n => format!("the face refers to vertex {i}, expected 0 to {}", n - 1),
-                    };
-                    self.faults.error("off::index", word, message);
-                    return self.soup.drop_corners();
-                }
-                None => {
-                    let message = format!("found `{}`, expected the index of a vertex", shortened(word));
-                    self.faults.error("off::index", word, message);
-                    return self.soup.drop_corners();
-                }
+            match self.index(word) {
+                Some(i) => self.soup.corner(Corner { position: i, uv: i, normal: i }),
+                None => return self.soup.drop_corners(),
             }
         }
         if corners < 3 {
@@ -331,6 +316,19 @@ impl<'a> Reader<'a, '_, 'a> {
         }
         self.soup.finish_polygon(first.at, 0);
         self.face_color();
+    }
+
+    /// The index of a vertex; `None` after an error.
+    fn index(&mut self, word: Token<'a>) -> Option<u32> {
+        let vertices = self.soup.positions.len();
+        let message = match integer(word.text) {
+            Some(i) if (0..vertices as i64).contains(&i) => return Some(i as u32),
+            Some(i) if vertices == 0 => format!("the face refers to vertex {i}, but there are no vertices"),
+            Some(i) => format!("the face refers to vertex {i}, expected 0 to {}", vertices - 1),
+            None => format!("found `{}`, expected the index of a vertex", shortened(word)),
+        };
+        self.faults.error("off::index", word, message);
+        None
     }
 
     /// Reads what follows the indices: nothing, an index into a colour map, or 3 or 4 colour values.

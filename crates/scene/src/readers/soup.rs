@@ -107,13 +107,9 @@ impl<'a> Soup<'a> {
             if cutter.cut(&points, &mut triangles) == Cut::TooLarge {
                 fans.add(line(polygon.at));
             }
+            let color = self.face_colors.get(index);
             for triangle in &triangles {
-                let corner = triangle.map(|i| corners[i as usize]);
-                mesh.indices.push(corner.map(|c| c.position));
-                mesh.normal_indices.push(corner.map(|c| c.normal));
-                mesh.uv_indices.push(corner.map(|c| c.uv));
-                mesh.slots.push(polygon.slot);
-                mesh.face_colors.extend(self.face_colors.get(index));
+                push(&mut mesh, triangle.map(|i| corners[i as usize]), polygon.slot, color);
             }
         }
         let message = "a vertex is not a finite point: the faces that use it are left out";
@@ -154,6 +150,15 @@ impl<'a> Soup<'a> {
             mesh.slots = Vec::new();
         }
     }
+}
+
+/// Adds one triangle.
+fn push(mesh: &mut TriangleMesh, corners: [Corner; 3], slot: u32, color: Option<&[f32; 3]>) {
+    mesh.indices.push(corners.map(|c| c.position));
+    mesh.normal_indices.push(corners.map(|c| c.normal));
+    mesh.uv_indices.push(corners.map(|c| c.uv));
+    mesh.slots.push(slot);
+    mesh.face_colors.extend(color);
 }
 
 /// Attribute values without indices that equal those of the positions; nothing if no corner uses them.

@@ -94,7 +94,7 @@ fn faults_name_the_word_and_the_candidates() {
     assert_eq!(scene, builtin("cornell").unwrap(), "a faulty argument changes nothing");
     let expect = [
         ("camera.fov", "the argument has no `=`"),
-        ("camra", "`camra` is nothing that a scene has"),
+        ("camra", "unknown word `camra`"),
         ("shape", "the scene has 8 shapes and the path does not say which"),
         ("right-spere", "there is no shape `right-spere`"),
         ("", "the value is nothing"),
@@ -104,10 +104,10 @@ fn faults_name_the_word_and_the_candidates() {
         ("camera", "`camera` needs a parameter"),
         ("main", "`camera.main` needs a parameter"),
         ("integrator", "the path does not say which integrator"),
-        ("7", "a list with 2 entries has no part `7`"),
+        ("7", "`render.size` is a list with 2 entries and has no part `7`"),
         ("render", "`render` needs a parameter"),
-        ("y", "a table has no part `y`"),
-        ("x", "45.0 has no part `x`"),
+        ("y", "`shape.floor.x` is a table and has no part `y`"),
+        ("x", "`camera.fov` is 45.0 and has no part `x`"),
         ("3", "`type` of `material.red` must be the name of a type"),
         ("mian", "there is no camera `mian`"),
     ];

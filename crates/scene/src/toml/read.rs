@@ -24,7 +24,7 @@ pub fn read_toml(text: &str, file: FileId, out: &mut Diagnostics) -> TomlScene {
             "include" => reader.include(entry),
             word => match Role::from_name(word) {
                 Some(role) => reader.role(role, key, entry),
-                None => reader.unknown_role(key),
+                None => reader.unknown_role(key, entry.get_ref().is_table()),
             },
         }
     }
@@ -95,13 +95,14 @@ impl Reader<'_> {
             "write include = [\"materials.toml\"]".to_owned();
     }
 
-    fn unknown_role(&mut self, key: &Spanned<DeString<'_>>) {
+    fn unknown_role(&mut self, key: &Spanned<DeString<'_>>, is_table: bool) {
         let word = key.get_ref();
         let mut names: Vec<&str> = Role::ALL.iter().map(|r| r.name()).collect();
         names.extend(["penombre", "include"]);
         let at = self.span(key.span());
         let shown: String = word.chars().take(40).collect();
-        self.out.error("toml::unknown-role", at, format!("`{shown}` is nothing that a scene has")).help =
+        let what = if is_table { "table" } else { "key" };
+        self.out.error("toml::unknown-role", at, format!("unknown {what} `{shown}`")).help =
             help_for(word, "a scene has", &names);
     }
 

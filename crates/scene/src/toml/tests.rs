@@ -289,3 +289,13 @@ fn no_text_makes_the_reader_panic() {
     });
     checked.unwrap();
 }
+
+#[test]
+fn millions_of_faults_are_told_quickly() {
+    for line in ["01,", "a,", "{a=1,a=2},", "\"\\q\","] {
+        let begin = std::time::Instant::now();
+        let (_, faults) = read(&format!("penombre = 1\nx = [{}]\n", line.repeat(300_000)));
+        assert!(!faults.is_empty() && faults.len() <= 21, "{}", faults.len());
+        assert!(begin.elapsed().as_secs() < 10, "{line}: {:?}", begin.elapsed());
+    }
+}

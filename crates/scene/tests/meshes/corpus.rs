@@ -1,7 +1,8 @@
 //! The large test data: every OFF and OBJ file answers as it should.
 
 use crate::common::{counts, test_data};
-use penombre_scene::{Assets, Diagnostics, Folders, Node, Role, SceneDescription, Sources};
+use penombre_scene::load::LoadOptions;
+use penombre_scene::{Assets, Diagnostic, Diagnostics, Folders, Node, Role, SceneDescription, Sources};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -58,19 +59,31 @@ fn bad_inputs_answer_as_their_index_says() {
             continue;
         }
         let begin = Instant::now();
-        let loaded = load(&folder.join(name));
+        let path = folder.join(name);
+        let loaded = penombre_scene::load::load(path.to_str().unwrap(), &LoadOptions::default());
         let seconds = begin.elapsed().as_secs_f32();
         assert!(seconds < 2.0, "{name}: {seconds} s");
-        let [errors, warnings, _] = loaded.counts;
-        let messages = &loaded.messages;
+        let [errors, warnings, _] = counts(&loaded.diagnostics);
+        let file = path.file_name().unwrap().to_str().unwrap();
+        let said = |d: &Diagnostic| match loaded.sources.locate(d.span) {
+            Some(place) => format!("{}:{}:{}: {}", place.name, place.line, place.column, d.message),
+            None => d.message.clone(),
+        };
+        let messages: Vec<String> = loaded.diagnostics.iter().map(said).collect();
         match class {
             "ERR" => {
                 assert!(errors > 0, "{name} was accepted: {messages:?}");
-                assert!(messages.iter().all(|m| m.contains("Some(")), "{name} without a place: {messages:?}");
+                let stem = file.split('.').next().unwrap();
+                assert!(messages.iter().all(|m| m.contains(stem)), "{name} is not named: {messages:?}");
             }
             "WARN" => assert!(errors + warnings > 0, "{name}: nothing said"),
-            "OK" => assert!(errors == 0 && loaded.triangles() > 0, "{name}: {messages:?}"),
-            _ => {}
+            "OK" => {
+                let (id, _) = loaded.description.of_role(Role::Shape).next().unwrap();
+                let triangles = loaded.assets.mesh(id).map_or(0, |file| file.mesh.indices.len());
+                assert!(errors == 0 && triangles > 0, "{name}: {messages:?}");
+                assert!(loaded.description.find(Role::Camera, "auto").is_some());
+            }
+            other => assert_eq!(other, "ANY"),
         }
         seen += 1;
     }

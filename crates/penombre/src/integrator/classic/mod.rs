@@ -16,13 +16,14 @@ pub mod optics;
 
 use super::wavefront::Batched;
 use super::{AnyIntegrator, Integrator, PathPlace, Step};
+use crate::light::AnyLight;
 use crate::material::{PhongView, Specular};
 use crate::registry::Context;
-use crate::sampler::{Dimension, Sampler};
-use crate::scene::{Scene, SurfacePoint};
+use crate::sampler::{Dimension, Sampler, Series};
+use crate::scene::{Departure, Scene, SurfacePoint};
 use optics::Refraction;
 use penombre_bvh::Ray;
-use penombre_math::{Spectrum, Vec3, float};
+use penombre_math::{Spectrum, Vec2, Vec3, float};
 use penombre_scene::params::Params;
 use penombre_scene::{Kind, Node, ParamDefault, ParamSpec, Range, Role};
 
@@ -117,6 +118,7 @@ impl Classic {
             return;
         }
         let normal = at.facing_normal();
+        let departure = at.departure();
         for (index, light) in scene.lights().iter().enumerate() {
             let light = &light.value;
             let center = light.center();
@@ -128,11 +130,10 @@ impl Classic {
             }
             match light.shadow_samples() {
                 n if n > 0 && !self.hard_shadows => {
-                    let points = sampler.series(Dimension::of_node(path.node, index as u32), n);
-                    let rays = (0..n).map(|i| shadow_ray(at, light.sample_point(points.get(i))));
-                    out.add_if_visible(radiance, rays);
+                    let series = sampler.series(Dimension::of_node(path.node, index as u32), n);
+                    out.add_if_visible(radiance, |rays| soft_shadow_rays(&departure, light, series, n, rays));
                 }
-                _ => out.add_if_visible(radiance, [shadow_ray(at, center)]),
+                _ => out.add_if_visible(radiance, |rays| rays.push(shadow_ray(&departure, center))),
             }
         }
     }
@@ -237,7 +238,18 @@ fn phong(view: &PhongView, normal: Vec3, to_viewer: Vec3, to_light: Vec3) -> Spe
 }
 
 /// The ray from a surface to a point of a light. Its parameter runs from 0 at the surface to 1 at the light.
-fn shadow_ray(at: &SurfacePoint, light: Vec3) -> Ray {
-    let origin = at.origin_toward(light - at.p);
+fn shadow_ray(departure: &Departure, light: Vec3) -> Ray {
+    let origin = departure.origin(light);
     Ray::new(origin, light - origin, 0.0, 1.0 - LIGHT_SLACK)
+}
+
+/// Rays to `count` points of a light.
+fn soft_shadow_rays(departure: &Departure, light: &AnyLight, series: Series, count: u32, rays: &mut Vec<Ray>) {
+    const CHUNK: u32 = 64;
+    let mut points = [[0.0; 2]; CHUNK as usize];
+    for start in (0..count).step_by(CHUNK as usize) {
+        let points = &mut points[..CHUNK.min(count - start) as usize];
+        series.fill(start, points);
+        rays.extend(points.iter().map(|p| shadow_ray(departure, light.sample_point(Vec2::from(*p)))));
+    }
 }
