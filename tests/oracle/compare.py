@@ -51,8 +51,8 @@ class Plan:
     def of(quick: bool) -> Plan:
         """The quick or the full plan."""
         if quick:
-            return Plan(160, 90, SoftCheck(edge=256, oracle_samples=2, seeds=8, spp=8, long_spp=64))
-        return Plan(480, 18, SoftCheck(edge=480, oracle_samples=2, seeds=8, spp=8, long_spp=64))
+            return Plan(160, 90, SoftCheck(256, oracle_samples=2, seeds=8, spp=8, long_spp=64, blocks=(16,)))
+        return Plan(480, 18, SoftCheck(480, oracle_samples=2, seeds=8, spp=8, long_spp=64, blocks=(16, 32)))
 
 
 def compare_images(found: Image, expected: Image, row_step: int = 1) -> tuple[bool, str]:
@@ -142,7 +142,10 @@ def _binary(argument: str | None) -> Path | None:
     return path.resolve() if path.is_file() else None
 
 
-def _run(checks: list[Callable[[Renderer, Plan], Iterator[Result]]], renderer: Renderer, plan: Plan) -> list[Result]:
+Check = Callable[[Renderer, Plan], Iterator[Result]]
+
+
+def _run(checks: list[Check], renderer: Renderer, plan: Plan) -> list[Result]:
     results: list[Result] = []
     for check in checks:
         try:

@@ -4,8 +4,8 @@
     python3 tests/oracle/oracle.py cornell --phase 4 --out cornell.png
     python3 tests/oracle/oracle.py cornell --phase 2 --soft --samples 2 --blocks 32 --out blocks.json
 
-Scenes: sphere, square, cornell, sphere-as-given, cornell-as-given, checker-mirror, checker-glass, or a `.toml` file.
-Without --soft one ray goes through each pixel's centre and every light is a point at its centre (hard shadows).
+Scenes: sphere, square, cornell, sphere-as-given, cornell-as-given, checker-mirror, checker-glass, or a `.toml`
+file. Without --soft one ray goes through each pixel's centre and every light is a point at its centre (hard shadows).
 """
 
 from __future__ import annotations

@@ -1,8 +1,9 @@
-//! Project tasks: `cargo xtask test [--slow] | tidy | gallery | bench [NAME] | help`.
+//! Project tasks: `cargo xtask test [--slow] | fmt [--check] | tidy | gallery | bench [NAME] | help`.
 #![forbid(unsafe_code)]
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a command of the workshop talks to a person")]
 
 mod bench;
+mod format;
 mod gallery;
 mod json;
 mod run;
@@ -16,6 +17,7 @@ cargo xtask TASK
 
   test [--slow]    everything that must hold before a change is taken: format, tidy, clippy, tests, documentation,
                    release build, comparison with the oracle. --slow adds long sweeps and the unoptimised build
+  fmt [--check]    rustfmt over every source file, also those that `cargo fmt` does not find
   tidy             house rules: crate and room graph, lengths, forbidden calls, citations
   gallery          renders the pictures of the README into docs/images/
   bench [NAME]     figures on this machine: kernels, cornell (default: both)
@@ -30,6 +32,8 @@ fn main() -> ExitCode {
     let outcome = match words.as_slice() {
         ["test"] => test::run(false),
         ["test", "--slow"] => test::run(true),
+        ["fmt"] => format::run(false),
+        ["fmt", "--check"] => format::run(true),
         ["tidy"] => tidy::run(),
         ["gallery"] => gallery::run(),
         ["bench"] => bench::run(None),

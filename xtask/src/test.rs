@@ -7,7 +7,7 @@ mod tally;
 use std::time::Instant;
 
 use crate::run::{Call, Outcome, release_binary, test_data};
-use crate::tidy;
+use crate::{format, tidy};
 use tally::Tally;
 
 type Action = Box<dyn FnOnce(&mut Tally) -> Outcome>;
@@ -59,7 +59,11 @@ fn steps(slow: bool, python: Option<&str>) -> Vec<Step> {
     let tests = Call::cargo(&["test", "--workspace", "--", "--show-output"]);
     let docs = Call::cargo(&["doc", "--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings");
     let mut steps = vec![
-        Step::call("format", Call::cargo(&["fmt", "--all", "--check"])),
+        Step {
+            name: "format",
+            repeat: "cargo xtask fmt --check".into(),
+            action: Box::new(|_| format::run(true)),
+        },
         Step { name: "tidy", repeat: "cargo xtask tidy".into(), action: Box::new(|_| tidy::run()) },
         Step::call("clippy", Call::cargo(&clippy)),
         Step::tests("tests", tests),

@@ -12,7 +12,7 @@ mod tree;
 use std::fmt;
 
 use crate::run::{Outcome, root};
-use tree::Tree;
+pub use tree::Tree;
 
 /// One breach of a rule.
 #[derive(Clone, Debug, PartialEq)]

@@ -40,8 +40,10 @@
 
 mod builder;
 mod bvh;
+mod flat;
 mod geometry;
 mod kernel;
+mod lanes;
 mod node;
 mod prepared;
 mod primitive;

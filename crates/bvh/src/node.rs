@@ -194,7 +194,7 @@ impl BoxRay {
             sign,
             aside,
             pad: UNDERFLOW * inverse[2].abs(),
-            t_min: ray.t_min * ray.box_scale - f32::MIN_POSITIVE,
+            t_min: ray.line.t_min * ray.box_scale - f32::MIN_POSITIVE,
             scale: ray.box_scale,
         }
     }

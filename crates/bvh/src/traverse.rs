@@ -1,6 +1,7 @@
 //! The way of a ray through the trees.
 
 use crate::bvh::Tree;
+use crate::lanes::Lanes;
 use crate::node::{BoxRay, ChildRef, Crossing, Kind, Node, WIDTH};
 use crate::prepared::PreparedRay;
 use crate::query::{Any, Closest, Query};
@@ -59,9 +60,12 @@ impl Stack {
     }
 }
 
-/// The closest hit of every ray.
+/// The closest hit of every ray. `V` is the fastest way to compute four numbers.
 #[inline(always)]
-pub(crate) fn closest(bvh: &Bvh, rays: &[Ray], hits: &mut [Hit]) {
+pub(crate) fn closest<V: Lanes<4>>(bvh: &Bvh, rays: &[Ray], hits: &mut [Hit]) {
+    if let Some(flat) = &bvh.tree.flat {
+        return flat.closest::<V>(rays, hits);
+    }
     let mut stack = Stack::new();
     for (ray, hit) in rays.iter().zip(hits) {
         let mut query = Closest::new(ray.t_max);
@@ -72,7 +76,10 @@ pub(crate) fn closest(bvh: &Bvh, rays: &[Ray], hits: &mut [Hit]) {
 
 /// Whether each ray hits anything.
 #[inline(always)]
-pub(crate) fn occluded(bvh: &Bvh, rays: &[Ray], blocked: &mut [bool]) {
+pub(crate) fn occluded<V: Lanes<4>>(bvh: &Bvh, rays: &[Ray], blocked: &mut [bool]) {
+    if let Some(flat) = &bvh.tree.flat {
+        return flat.occluded::<V>(rays, blocked);
+    }
     let mut stack = Stack::new();
     for (ray, blocked) in rays.iter().zip(blocked) {
         let mut query = Any { t_max: ray.t_max, found: false };
@@ -186,24 +193,24 @@ fn visit_leaf<Q: Query, const TOP: bool>(
         }
         Kind::Sphere => {
             let sphere = &tree.spheres[leaf.index()];
-            (sphere.meet(ray), sphere.key)
+            (sphere.meet(&ray.line), sphere.key)
         }
         Kind::Quad => {
             let quad = &tree.quads[leaf.index()];
-            (quad.meet(ray), quad.key)
+            (quad.meet(&ray.line), quad.key)
         }
         Kind::Disk => {
             let disk = &tree.disks[leaf.index()];
-            (disk.meet(ray), disk.key)
+            (disk.meet(&ray.line), disk.key)
         }
         Kind::Node | Kind::Instance => {
             if !TOP {
                 return false;
             }
             let record = &tree.instances[leaf.index()];
-            return record
-                .local_ray(ray)
-                .is_some_and(|local| walk_nested(&record.bvh.tree, &local, query, stack, record.index));
+            // No closure: it would not be compiled for the instruction set chosen.
+            let Some(local) = record.local_ray(ray) else { return false };
+            return walk_nested(&record.bvh.tree, &local, query, stack, record.index);
         }
     };
     meeting.is_some_and(|meeting| query.offer(meeting, key, instance))

@@ -47,7 +47,7 @@ pub struct SceneArgs {
     /// A scene file (.toml), a mesh (.obj, .off), or a built-in: sphere, square, cornell, sphere-as-given,
     /// cornell-as-given.
     pub scene: String,
-    /// Override a parameter of the scene, e.g. camera.fov=40 or material.red.diffuse=[1,0,0]; repeatable.
+    /// Override a parameter of the scene, e.g. `camera.fov=40` or `material.red.diffuse=[1,0,0]`; repeatable.
     #[arg(long, value_name = "PATH=VALUE")]
     pub set: Vec<String>,
     /// Also allow files below this folder, not only below the scene's; repeatable.
@@ -171,7 +171,8 @@ fn parse_size(text: &str) -> Result<[u32; 2], String> {
 
 fn parse_pixel(text: &str) -> Result<[u32; 2], String> {
     let parts = text.split_once(',').ok_or("expected X,Y, for example 120,80")?;
-    let number = |s: &str| s.trim().parse::<u32>().map_err(|_| format!("found `{s}`, expected a whole number"));
+    let number =
+        |s: &str| s.trim().parse::<u32>().map_err(|_| format!("found `{s}`, expected a whole number"));
     Ok([number(parts.0)?, number(parts.1)?])
 }
 

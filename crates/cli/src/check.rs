@@ -8,7 +8,8 @@ use penombre_scene::report::to_json;
 
 /// Prints all faults and advice about a scene and renders nothing.
 pub fn run(args: &CheckArgs) -> Exit {
-    let (loaded, _, _) = examine(&args.scene);
+    let (mut loaded, _, _) = examine(&args.scene);
+    loaded.diagnostics.sort_by_place();
     let count = |severity| loaded.diagnostics.count(severity);
     let errors = count(Severity::Error);
     if args.json {
@@ -18,7 +19,11 @@ pub fn run(args: &CheckArgs) -> Exit {
         report::print(&loaded.diagnostics, &loaded.sources, false);
         let part = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
         let (warnings, advice) = (part(count(Severity::Warning), "warning"), count(Severity::Advice));
-        terminal::out(&format!("{}: {}, {warnings}, {advice} advice", args.scene.scene, part(errors, "error")));
+        terminal::out(&format!(
+            "{}: {}, {warnings}, {advice} advice",
+            args.scene.scene,
+            part(errors, "error")
+        ));
     }
     if errors > 0 { Exit::Usage } else { Exit::Done }
 }

@@ -20,7 +20,8 @@ pub fn run(args: &DiffArgs) -> Exit {
     };
     if let Some(path) = &args.output {
         let saved = metrics::flip_map(&a, &b).map_err(|e| e.to_string()).and_then(|map| {
-            penombre_image::save(path, &heatmap(&map, 1.0), &WriteOptions::default()).map_err(|e| e.to_string())
+            penombre_image::save(path, &heatmap(&map, 1.0), &WriteOptions::default())
+                .map_err(|e| e.to_string())
         });
         if let Err(error) = saved {
             report::error(&format!("the heat map was not saved: {error}"), "");

@@ -20,10 +20,15 @@ pub fn run(args: &InfoArgs) -> Exit {
 
 fn to_json(scene: &str, prepared: &Prepared, summary: &Summary) -> Value {
     let by_type = |counts: &[Count]| -> Value {
-        counts.iter().map(|c| (c.type_name.to_owned(), json!(c.count))).collect::<serde_json::Map<_, _>>().into()
+        counts
+            .iter()
+            .map(|c| (c.type_name.to_owned(), json!(c.count)))
+            .collect::<serde_json::Map<_, _>>()
+            .into()
     };
     let (b, job) = (summary.bounds, &prepared.plan.job);
-    let bounds = if b.is_empty() { Value::Null } else { json!({"min": b.min.to_array(), "max": b.max.to_array()}) };
+    let bounds =
+        if b.is_empty() { Value::Null } else { json!({"min": b.min.to_array(), "max": b.max.to_array()}) };
     json!({
         "scene": scene,
         "name": prepared.loaded.name,
@@ -69,14 +74,24 @@ fn to_text(prepared: &Prepared, summary: &Summary) -> String {
         ("lights", list(&summary.lights)),
         ("cameras", names.collect::<Vec<_>>().join(", ")),
         ("bounds", bounds),
-        ("memory", format!("{} tree, {} assets", bytes(summary.bvh_bytes as u64), bytes(prepared.loaded.assets.bytes()))),
-        ("render", format!(
-            "{}, {}×{} pixels, {} spp",
-            prepared.plan.integrator.name(),
-            job.size[0],
-            job.size[1],
-            job.spp
-        )),
+        (
+            "memory",
+            format!(
+                "{} tree, {} assets",
+                bytes(summary.bvh_bytes as u64),
+                bytes(prepared.loaded.assets.bytes())
+            ),
+        ),
+        (
+            "render",
+            format!(
+                "{}, {}×{} pixels, {} spp",
+                prepared.plan.integrator.name(),
+                job.size[0],
+                job.size[1],
+                job.spp
+            ),
+        ),
         ("times", format!("loaded in {:.3} s, built in {:.3} s", prepared.load_s, prepared.build_s)),
     ];
     lines.map(|(name, value)| format!("{name:10} {value}")).join("\n")

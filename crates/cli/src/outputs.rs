@@ -23,7 +23,8 @@ impl Output {
         if asked.is_empty() {
             return vec![Self::File(PathBuf::from(format!("{scene}.png")))];
         }
-        let output = |p: &PathBuf| if p == Path::new("-") { Self::StandardOutput } else { Self::File(p.clone()) };
+        let output =
+            |p: &PathBuf| if p == Path::new("-") { Self::StandardOutput } else { Self::File(p.clone()) };
         asked.iter().map(output).collect()
     }
 

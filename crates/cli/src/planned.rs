@@ -30,7 +30,8 @@ const PLANNED: &[&str] = &[
 
 /// Prints what clap says of the command line, or that the thing is not built yet. Help and version are no faults.
 pub fn answer(error: &clap::Error) -> ExitCode {
-    let found = match error.get(ContextKind::InvalidArg).or_else(|| error.get(ContextKind::InvalidSubcommand)) {
+    let found = match error.get(ContextKind::InvalidArg).or_else(|| error.get(ContextKind::InvalidSubcommand))
+    {
         Some(ContextValue::String(s)) => s.split(['=', ' ']).next().unwrap_or(s).to_owned(),
         _ => String::new(),
     };

@@ -14,7 +14,8 @@ pub struct Progress {
 impl Progress {
     /// A bar over so many samples of so many pixels, drawn on standard error if `visible` and a terminal is there.
     pub fn new(samples: u64, pixels: u64, visible: bool) -> Self {
-        let target = if visible { ProgressDrawTarget::stderr_with_hz(8) } else { ProgressDrawTarget::hidden() };
+        let target =
+            if visible { ProgressDrawTarget::stderr_with_hz(8) } else { ProgressDrawTarget::hidden() };
         let bar = ProgressBar::with_draw_target(Some(samples), target);
         let template = "{percent:>3} % {bar:32} {msg}, {eta} left";
         if let Ok(style) = ProgressStyle::with_template(template) {

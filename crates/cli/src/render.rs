@@ -64,7 +64,8 @@ fn compute(render: &mut Render, measured: &mut Measured, verbosity: &Verbosity) 
     let (begin, cpu) = (Instant::now(), penombre_sys::process_cpu_time());
     let outcome = render.run(measured.threads, &progress);
     measured.render_s = begin.elapsed().as_secs_f64();
-    measured.cpu = penombre_sys::process_cpu_time().zip(cpu).map(|(after, before)| after.saturating_sub(before));
+    measured.cpu =
+        penombre_sys::process_cpu_time().zip(cpu).map(|(after, before)| after.saturating_sub(before));
     progress.finish();
     outcome
 }
@@ -120,7 +121,9 @@ fn describe(prepared: &Prepared, threads: usize) {
 /// Names samples that were not finite.
 fn warn_of_dropped(scene: &str, render: &Render) {
     let statistics = render.statistics();
-    let Some(first) = statistics.dropped.iter().min_by_key(|d| (d.pixel[1], d.pixel[0], d.sample)) else { return };
+    let Some(first) = statistics.dropped.iter().min_by_key(|d| (d.pixel[1], d.pixel[0], d.sample)) else {
+        return;
+    };
     let ([x, y], k) = (first.pixel, first.sample);
     terminal::err(&format!(
         "warning: {} samples were not finite and were dropped, among them sample {k} of pixel {x},{y}\n  help: `penombre \

@@ -21,7 +21,8 @@ pub struct Prepared {
 
 /// Loads and builds. All faults are printed to standard error; `None` if any of them is an error.
 pub fn prepare(args: &SceneArgs, quiet: bool) -> Option<Prepared> {
-    let (loaded, plan, times) = examine(args);
+    let (mut loaded, plan, times) = examine(args);
+    loaded.diagnostics.sort_by_place();
     report::print(&loaded.diagnostics, &loaded.sources, quiet);
     let errors = loaded.diagnostics.count(penombre_scene::Severity::Error);
     if errors > 0 {
@@ -35,10 +36,16 @@ pub fn prepare(args: &SceneArgs, quiet: bool) -> Option<Prepared> {
 /// Loads and builds, printing nothing: the faults are in the result. The times are those of loading and building.
 pub fn examine(args: &SceneArgs) -> (Loaded, Option<Plan>, [f64; 2]) {
     let begin = Instant::now();
-    let options = LoadOptions { asset_roots: args.asset_root.clone(), sets: args.set.clone() };
+    // The camera of a bare mesh is fitted to the picture, so its size must be known while loading.
+    let size = args.size.map(|[w, h]| format!("render.size=[{w}, {h}]"));
+    let sets = args.set.iter().cloned().chain(size).collect();
+    let options = LoadOptions { asset_roots: args.asset_root.clone(), sets };
     let mut loaded = load(&args.scene, &options);
     let load_s = begin.elapsed().as_secs_f64();
     let begin = Instant::now();
+    if !loaded.readable {
+        return (loaded, None, [load_s, 0.0]);
+    }
     apply(args, &mut loaded.description, &mut loaded.diagnostics);
     let broken = loaded.diagnostics.has_errors();
     let plan = Plan::new(&loaded.description, &loaded.assets, &mut loaded.diagnostics);
@@ -48,9 +55,6 @@ pub fn examine(args: &SceneArgs) -> (Loaded, Option<Plan>, [f64; 2]) {
 /// Writes the options that stand for scene parameters into the description.
 fn apply(args: &SceneArgs, description: &mut SceneDescription, out: &mut Diagnostics) {
     let mut render = |name: &str, value: Value| node(description, Role::Render, "").set(name, value);
-    if let Some([w, h]) = args.size {
-        render("size", [i64::from(w), i64::from(h)].into());
-    }
     if let Some(spp) = args.spp {
         render("spp", i64::from(spp).into());
     }
@@ -69,7 +73,8 @@ fn apply(args: &SceneArgs, description: &mut SceneDescription, out: &mut Diagnos
     if let Some(wanted) = &args.camera {
         choose_camera(wanted, description, out);
     }
-    let mut classic = |name: &str, value: Value| node(description, Role::Integrator, "classic").set(name, value);
+    let mut classic =
+        |name: &str, value: Value| node(description, Role::Integrator, "classic").set(name, value);
     if let Some(phase) = args.phase {
         classic("phase", i64::from(phase).into());
     }

@@ -29,7 +29,13 @@ impl Measured {
 }
 
 /// The line of `--json`.
-pub fn json_line(scene: &str, render: &Render, image: &Image, measured: &Measured, outputs: &[Output]) -> Value {
+pub fn json_line(
+    scene: &str,
+    render: &Render,
+    image: &Image,
+    measured: &Measured,
+    outputs: &[Output],
+) -> Value {
     let (job, statistics) = (render.job(), render.statistics());
     let summary = render.scene().summary();
     let pixels = f64::from(job.size[0]) * f64::from(job.size[1]);

@@ -70,8 +70,19 @@ fn surface_lines(prepared: &Prepared, vertex: &VertexRecord) -> Vec<String> {
     let material = &scene.materials()[at.material as usize];
     let name = if material.name.is_empty() { "default" } else { &material.name };
     vec![
-        format!("  meets     shape {} at t = {}, from the {}", scene.shape_name(at.shape), at.t, side(at.outside())),
-        format!("  point     {} ± {:.1e}, uv ({}, {})", point(at.p), at.p_error.max_element(), at.uv.x, at.uv.y),
+        format!(
+            "  meets     shape {} at t = {}, from the {}",
+            scene.shape_name(at.shape),
+            at.t,
+            side(at.outside())
+        ),
+        format!(
+            "  point     {} ± {:.1e}, uv ({}, {})",
+            point(at.p),
+            at.p_error.max_element(),
+            at.uv.x,
+            at.uv.y
+        ),
         format!("  normal    {} shading {}", point(at.ng), point(at.ns)),
         format!("  material  {name} ({})", material.value.type_name()),
     ]

@@ -5,7 +5,7 @@
 //! right.
 
 use crate::assets::Assets;
-use crate::description::{Node, Role, SceneDescription, Value};
+use crate::description::{Node, Role, SceneDescription, Value, ValueKind};
 use penombre_math::float::tan_degrees;
 use penombre_math::{Bounds3, DVec3, Vec3};
 
@@ -48,7 +48,7 @@ pub fn complete(scene: &mut SceneDescription, assets: &Assets) {
     let points: Vec<Vec3> =
         meshes.flat_map(|m| m.indices.iter().flatten().map(|i| m.positions[*i as usize])).collect();
     let bounds = Bounds3::of_points(points.iter().copied());
-    let aspect = SIZE[0] as f64 / SIZE[1] as f64;
+    let aspect = aspect_of(scene);
     if bounds.is_empty() {
         scene.add(camera_for(&bounds, aspect as f32));
         return;
@@ -56,10 +56,24 @@ pub fn complete(scene: &mut SceneDescription, assets: &Assets) {
     let stage = Stage::new(&bounds);
     let view = stage.fit(points.iter().map(|p| p.as_dvec3()), aspect);
     scene.add(stage.camera(&view));
-    stage.add_ground(scene, &view);
+    stage.add_ground(scene, &view, aspect.max(WIDEST));
     // Together with the ambient light a white surface gets about 1, whichever way it faces.
     scene.add(stage.light("key", KEY, 2.4, 0.8, 4));
     scene.add(stage.light("fill", FILL, 4.0, 0.3, 2));
+}
+
+/// Width over height of the picture that `render.size` asks for, as far as it is sound.
+fn aspect_of(scene: &SceneDescription) -> f64 {
+    let node = scene.of_role(Role::Render).next().map(|(_, node)| node);
+    let edges = match node.and_then(|n| n.param("size")).map(|p| &p.value.kind) {
+        Some(ValueKind::Array(list)) => list.as_slice(),
+        _ => &[],
+    };
+    let edge = |i: usize| match edges.get(i).map(|v| &v.kind) {
+        Some(ValueKind::Int(n @ 1..=65_536)) => *n,
+        _ => SIZE[i],
+    };
+    (edge(0) as f64 / edge(1) as f64).clamp(0.01, 100.0)
 }
 
 /// A camera named `auto` that has the whole box in view. `aspect`: width of the picture by its height. An empty box
@@ -135,12 +149,12 @@ impl Stage {
     }
 
     /// A level square that the whole picture looks at.
-    fn add_ground(&self, scene: &mut SceneDescription, view: &CameraPlace) {
+    fn add_ground(&self, scene: &mut SceneDescription, view: &CameraPlace, widest: f64) {
         let eye = view.target + self.back * view.distance;
         let tall = tan_degrees(FOV * 0.5);
         let mut half = 20.0 * self.radius;
         for (x, y) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
-            let ray = self.right * (x * tall * WIDEST) + self.up * (y * tall) - self.back;
+            let ray = self.right * (x * tall * widest) + self.up * (y * tall) - self.back;
             let hit = eye + ray * ((eye.y - self.floor) / -ray.y);
             let from_center = (hit - self.center).abs();
             half = half.max(1.1 * from_center.x.max(from_center.z));

@@ -1,11 +1,11 @@
 //! Faults as people and programs read them.
 
 use crate::diagnostic::{Diagnostic, Diagnostics, Severity};
-use crate::span::{Sources, Span};
+use crate::span::{SourceFile, Sources, Span};
 use miette::{LabeledSpan, MietteError, MietteSpanContents, SourceCode, SourceSpan, SpanContents};
 use serde_json::{Value, json};
 use std::fmt;
-use std::sync::Arc;
+use std::ops::Range;
 
 /// Lines longer than this many bytes are shown as a window around the marked place.
 const LONG_LINE: usize = 160;
@@ -27,11 +27,7 @@ struct Drawn {
 
 impl Drawn {
     fn new(diagnostic: &Diagnostic, sources: &Sources) -> Self {
-        let source = sources.get(diagnostic.span.file).map(|file| Excerpt {
-            name: file.name.clone(),
-            text: file.text.clone(),
-            first_line: file.first_line,
-        });
+        let source = sources.get(diagnostic.span.file).cloned().map(Excerpt);
         Self { diagnostic: diagnostic.clone(), source }
     }
 }
@@ -77,45 +73,46 @@ impl miette::Diagnostic for Drawn {
 
 /// A source text, of which only the neighbourhood of the marked place is shown.
 #[derive(Debug)]
-struct Excerpt {
-    name: String,
-    text: Arc<str>,
-    first_line: u32,
-}
+struct Excerpt(SourceFile);
 
 impl Excerpt {
+    fn text(&self) -> &str {
+        &self.0.text
+    }
+
     /// The part of a span that is drawn: within its first line and, if that is long, within the window.
     fn mark(&self, span: Span) -> SourceSpan {
-        let start = floor_boundary(&self.text, span.start as usize);
-        let end = floor_boundary(&self.text, start.saturating_add(span.len as usize)).max(start);
-        let marked = &self.text[start..end];
+        let text = self.text();
+        let start = floor_boundary(text, span.start as usize);
+        let end = floor_boundary(text, start.saturating_add(span.len as usize)).max(start);
+        let marked = &text[start..end];
         let length = marked.find(['\n', '\r']).unwrap_or(marked.len());
-        let end = floor_boundary(&self.text, start + length.min(AFTER));
+        let end = floor_boundary(text, start + length.min(AFTER));
         (start, end - start).into()
     }
 
-    /// The part of a long line around a place: its offset, text, and column in bytes.
-    fn window(&self, at: usize) -> MietteSpanContents<'_> {
-        let line_start = self.text[..at].rfind('\n').map_or(0, |i| i + 1);
-        let line_end = self.text[at..].find('\n').map_or(self.text.len(), |i| at + i);
-        let start = floor_boundary(&self.text, at.saturating_sub(BEFORE)).max(line_start);
-        let end = floor_boundary(&self.text, (at + AFTER).min(line_end)).max(at);
-        let line = self.text[..at].bytes().filter(|b| *b == b'\n').count();
-        let data = &self.text.as_bytes()[start..end];
-        self.named(data, start, line, start - line_start)
+    /// Offset of the line that holds a place.
+    fn line_start(&self, at: usize) -> usize {
+        self.text()[..at].rfind('\n').map_or(0, |i| i + 1)
     }
 
-    fn named<'a>(&self, data: &'a [u8], start: usize, line: usize, column: usize) -> MietteSpanContents<'a> {
-        let line = line + self.first_line as usize - 1;
+    /// The part of a long line around a place.
+    fn window(&self, at: usize) -> Range<usize> {
+        let text = self.text();
+        let line_end = text[at..].find('\n').map_or(text.len(), |i| at + i);
+        let start = floor_boundary(text, at.saturating_sub(BEFORE)).max(self.line_start(at));
+        let end = floor_boundary(text, (at + AFTER).min(line_end)).max(at);
+        start..end
+    }
+
+    /// A part of the text with its place in the file.
+    fn contents(&self, part: Range<usize>) -> MietteSpanContents<'_> {
+        let at = self.0.locate(part.start);
+        let span = (part.start, part.len()).into();
+        let data = &self.text().as_bytes()[part];
         let lines = data.iter().filter(|b| **b == b'\n').count() + 1;
-        MietteSpanContents::new_named(
-            self.name.clone(),
-            data,
-            (start, data.len()).into(),
-            line,
-            column,
-            lines,
-        )
+        let (line, column) = (at.line as usize - 1, at.column as usize - 1);
+        MietteSpanContents::new_named(self.0.name.clone(), data, span, line, column, lines)
     }
 }
 
@@ -126,24 +123,19 @@ impl SourceCode for Excerpt {
         context_lines_before: usize,
         context_lines_after: usize,
     ) -> Result<Box<dyn SpanContents<'a> + 'a>, MietteError> {
-        let contents = self.text.as_bytes().read_span(span, context_lines_before, context_lines_after)?;
+        let bytes = self.text().as_bytes();
+        let contents = bytes.read_span(span, context_lines_before, context_lines_after)?;
         let (data, whole) = (contents.data(), *contents.span());
-        let at = floor_boundary(&self.text, span.offset());
+        let at = floor_boundary(self.text(), span.offset());
         // With no lines of context the contents begin at the place itself, which may be anywhere in its line.
-        let line_start = self.text[..at].rfind('\n').map_or(0, |i| i + 1);
-        let long =
-            data.split(|b| *b == b'\n').any(|line| line.len() > LONG_LINE) || at - line_start > LONG_LINE;
-        Ok(Box::new(if long && context_lines_before + context_lines_after > 0 {
+        let far = at - self.line_start(at) > LONG_LINE;
+        let long = far || data.split(|b| *b == b'\n').any(|line| line.len() > LONG_LINE);
+        let part = if long && context_lines_before + context_lines_after > 0 {
             self.window(at)
         } else {
-            let start = whole.offset();
-            self.named(
-                &self.text.as_bytes()[start..start + whole.len()],
-                start,
-                contents.line(),
-                contents.column(),
-            )
-        }))
+            whole.offset()..whole.offset() + whole.len()
+        };
+        Ok(Box::new(self.contents(part)))
     }
 }
 
@@ -246,6 +238,22 @@ mod tests {
         assert!(text.contains("a.toml"), "{text}");
         assert!(text.contains("1001"), "{text}");
         assert!(text.contains("f 1 2 x"), "{text}");
+    }
+
+    #[test]
+    fn drawing_counts_columns_in_characters_from_the_excerpts_start() {
+        let mut sources = Sources::default();
+        let file = sources.add_excerpt_at(Path::new("m.obj"), "m.obj", "é 1 x\nö bad", 7, 500);
+        for (start, place) in [(0, "m.obj:7:500"), (5, "m.obj:7:504"), (7, "m.obj:8:1"), (10, "m.obj:8:3")] {
+            let fault = fault(file, start, 1);
+            assert!(render_plain(&fault, &sources).contains(&format!("--> {place}\n")));
+            // The head of a drawing is made of what is read without context.
+            let report = report(&fault, &sources);
+            let marked = (start as usize, 1).into();
+            let read = report.source_code().unwrap().read_span(&marked, 0, 0).unwrap();
+            let name = read.name().unwrap();
+            assert_eq!(format!("{name}:{}:{}", read.line() + 1, read.column() + 1), place);
+        }
     }
 
     #[test]

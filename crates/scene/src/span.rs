@@ -63,6 +63,18 @@ pub struct SourceFile {
     pub first_column: u32,
 }
 
+impl SourceFile {
+    /// Line and column of a byte of the text; places behind the end or inside a character are moved back.
+    pub fn locate(&self, at: usize) -> Location<'_> {
+        let before = &self.text[..self.text.floor_char_boundary(at.min(self.text.len()))];
+        let line_start = before.rfind('\n').map_or(0, |i| i + 1);
+        let line = self.first_line + before.bytes().filter(|b| *b == b'\n').count() as u32;
+        let first_column = if line_start == 0 { self.first_column } else { 1 };
+        let column = first_column + before[line_start..].chars().count() as u32;
+        Location { name: &self.name, line, column }
+    }
+}
+
 /// The texts that spans point into.
 #[derive(Clone, Debug, Default)]
 pub struct Sources {
@@ -111,16 +123,9 @@ impl Sources {
         self.files.iter()
     }
 
-    /// Line and column (both from 1, columns in characters) of the start of a span, with the file's name.
+    /// Line and column of the start of a span, with the file's name.
     pub fn locate(&self, span: Span) -> Option<Location<'_>> {
-        let file = self.get(span.file)?;
-        let start = (span.start as usize).min(file.text.len());
-        let before = file.text.get(..start).unwrap_or(&file.text);
-        let line_start = before.rfind('\n').map_or(0, |i| i + 1);
-        let line = file.first_line + before.bytes().filter(|b| *b == b'\n').count() as u32;
-        let before_text = if line_start == 0 { file.first_column } else { 1 };
-        let column = before[line_start..].chars().count() as u32 + before_text;
-        Some(Location { name: &file.name, line, column })
+        Some(self.get(span.file)?.locate(span.start as usize))
     }
 }
 

@@ -1,7 +1,7 @@
 //! Disks.
 
 use super::{Key, Meeting, difference, dot, rounded_out, scaled, sum, wide};
-use crate::{Disk, prepared::PreparedRay};
+use crate::{Disk, prepared::Line};
 use penombre_math::{Bounds3, Vec3};
 
 /// A disk that can be hit.
@@ -45,11 +45,11 @@ impl DiskRecord {
     }
 
     #[inline(always)]
-    pub(crate) fn meet(&self, ray: &PreparedRay) -> Option<Meeting> {
-        let from_center = difference(wide(ray.origin), wide(self.center));
-        let distance = -dot(self.normal, from_center) / dot(self.normal, ray.dir);
-        let t = ray.in_range(distance)?;
-        let place = sum(from_center, scaled(ray.dir, distance));
+    pub(crate) fn meet(&self, line: &Line) -> Option<Meeting> {
+        let from_center = difference(line.origin, wide(self.center));
+        let distance = -dot(self.normal, from_center) / dot(self.normal, line.dir);
+        let t = line.in_range(distance)?;
+        let place = sum(from_center, scaled(line.dir, distance));
         let radius = f64::from(self.radius);
         (dot(place, place) <= radius * radius).then_some(Meeting { t, u: 0.0, v: 0.0 })
     }

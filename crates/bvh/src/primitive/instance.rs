@@ -1,6 +1,6 @@
 //! Placed hierarchies.
 
-use super::{abs_sum, dot, rounded_out, sum, wide};
+use super::{abs_sum, dot, rounded_out, sum};
 use crate::{Bvh, Instance, Ray, prepared::PreparedRay};
 use penombre_math::{Bounds3, DAffine3, DMat3, DVec3, Transform, Vec3};
 use std::sync::Arc;
@@ -48,11 +48,11 @@ impl InstanceRecord {
     /// once.
     #[inline(always)]
     pub(crate) fn local_ray(&self, ray: &PreparedRay) -> Option<PreparedRay> {
-        let at = wide(ray.origin);
-        let origin = sum(self.rows.map(|row| dot(row, at)), self.translation);
-        let dir = self.rows.map(|row| dot(row, ray.dir));
+        let line = &ray.line;
+        let origin = sum(self.rows.map(|row| dot(row, line.origin)), self.translation);
+        let dir = self.rows.map(|row| dot(row, line.dir));
         let narrow = |v: [f64; 3]| Vec3::from_array(v.map(|x| x as f32));
-        PreparedRay::new(&Ray::new(narrow(origin), narrow(dir), ray.t_min, ray.t_max))
+        PreparedRay::new(&Ray::new(narrow(origin), narrow(dir), line.t_min, line.t_max))
     }
 }
 

@@ -8,12 +8,14 @@ mod triangle;
 
 pub(crate) use disk::DiskRecord;
 pub(crate) use instance::InstanceRecord;
-pub(crate) use quad::QuadRecord;
-pub(crate) use sphere::SphereRecord;
+pub(crate) use quad::{QuadRecord, Quads};
+pub(crate) use sphere::{SphereRecord, Spheres};
 pub(crate) use triangle::{BLOCK, TriangleBlock, has_area};
 
-use crate::prepared::PreparedRay;
+use crate::lanes::Lanes;
+use crate::prepared::Line;
 use penombre_math::{Bounds3, Vec3};
+use std::ops::{Add, Mul, Sub};
 
 /// Geometry and primitive index.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,22 +32,61 @@ pub(crate) struct Meeting {
     pub(crate) v: f32,
 }
 
-impl PreparedRay {
+impl Line {
     /// Rounds a distance; `Some` if it lies in the ray's range, which NaN does not.
     #[inline(always)]
     fn in_range(&self, t: f64) -> Option<f32> {
         let t = t as f32;
         (t > self.t_min && t < self.t_max).then_some(t)
     }
+
+    /// The distances in the ray's range, as bits.
+    #[inline(always)]
+    fn holds<const N: usize, V: Lanes<N>>(&self, t: V) -> u32 {
+        V::splat(f64::from(self.t_min)).below(t) & t.below(V::splat(f64::from(self.t_max)))
+    }
 }
 
+/// Hits of one ray with `N` primitives tested at once.
+pub(crate) struct Meetings<const N: usize> {
+    /// The primitives that were hit, as bits; the numbers of others mean nothing.
+    pub(crate) open: u32,
+    t: [f64; N],
+    u: [f64; N],
+    v: [f64; N],
+}
+
+impl<const N: usize> Meetings<N> {
+    const NONE: Self = Self { open: 0, t: [0.0; N], u: [0.0; N], v: [0.0; N] };
+
+    #[inline(always)]
+    pub(crate) fn at(&self, lane: usize) -> Meeting {
+        Meeting { t: self.t[lane] as f32, u: self.u[lane] as f32, v: self.v[lane] as f32 }
+    }
+}
+
+/// Numbers with which vectors are computed: one or several at once.
+trait Number: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self> {}
+
+impl<V: Copy + Add<Output = V> + Sub<Output = V> + Mul<Output = V>> Number for V {}
+
 #[inline(always)]
-fn wide(v: Vec3) -> [f64; 3] {
+pub(crate) fn wide(v: Vec3) -> [f64; 3] {
     [f64::from(v.x), f64::from(v.y), f64::from(v.z)]
 }
 
 #[inline(always)]
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
+fn splat<const N: usize, V: Lanes<N>>(v: [f64; 3]) -> [V; 3] {
+    [V::splat(v[0]), V::splat(v[1]), V::splat(v[2])]
+}
+
+#[inline(always)]
+fn load<const N: usize, V: Lanes<N>>(rows: &[[f64; N]; 3]) -> [V; 3] {
+    [V::load(&rows[0]), V::load(&rows[1]), V::load(&rows[2])]
+}
+
+#[inline(always)]
+fn dot<V: Number>(a: [V; 3], b: [V; 3]) -> V {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
 
@@ -55,22 +96,22 @@ fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
 }
 
 #[inline(always)]
-fn scaled(a: [f64; 3], s: f64) -> [f64; 3] {
+fn scaled<V: Number>(a: [V; 3], s: V) -> [V; 3] {
     [a[0] * s, a[1] * s, a[2] * s]
 }
 
 #[inline(always)]
-fn sum(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+fn sum<V: Number>(a: [V; 3], b: [V; 3]) -> [V; 3] {
     [a[0] + b[0], a[1] + b[1], a[2] + b[2]]
 }
 
 #[inline(always)]
-fn difference(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+fn difference<V: Number>(a: [V; 3], b: [V; 3]) -> [V; 3] {
     [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
 }
 
 #[inline(always)]
-fn abs_sum(a: [f64; 3]) -> f64 {
+pub(crate) fn abs_sum<const N: usize, V: Lanes<N>>(a: [V; 3]) -> V {
     a[0].abs() + a[1].abs() + a[2].abs()
 }
 

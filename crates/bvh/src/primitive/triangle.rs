@@ -117,7 +117,7 @@ impl TriangleBlock {
         if determinant == 0.0 || determinant.is_nan() {
             return None;
         }
-        let t = ray.in_range((u * a[2] + v * b[2] + w * c[2]) / (determinant * ray.dir[kz]))?;
+        let t = ray.line.in_range((u * a[2] + v * b[2] + w * c[2]) / (determinant * ray.line.dir[kz]))?;
         Some(Meeting { t, u: (v / determinant) as f32, v: (w / determinant) as f32 })
     }
 }

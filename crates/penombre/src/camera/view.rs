@@ -13,10 +13,12 @@ const NEAR_SLACK: f64 = 1e-5;
 
 /// The parameter `position`.
 pub const POSITION: ParamSpec =
-    ParamSpec::with_default("position", Kind::Vec3, ParamDefault::Vec3([0.0, 0.0, 5.0]), "The eye.").unit("m");
+    ParamSpec::with_default("position", Kind::Vec3, ParamDefault::Vec3([0.0, 0.0, 5.0]), "The eye.")
+        .unit("m");
 /// The parameter `target`.
 pub const TARGET: ParamSpec =
-    ParamSpec::with_default("target", Kind::Vec3, ParamDefault::Vec3([0.0; 3]), "The point in the middle.").unit("m");
+    ParamSpec::with_default("target", Kind::Vec3, ParamDefault::Vec3([0.0; 3]), "The point in the middle.")
+        .unit("m");
 /// The parameter `up`.
 pub const UP: ParamSpec = ParamSpec::with_default(
     "up",

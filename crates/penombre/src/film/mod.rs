@@ -94,7 +94,12 @@ impl Film {
     pub fn new(width: u32, height: u32, tiles: usize) -> Self {
         let mut states = Vec::new();
         states.resize_with(tiles, TileState::default);
-        Self { width, height, sums: vec![PixelSum::default(); width as usize * height as usize], tiles: states }
+        Self {
+            width,
+            height,
+            sums: vec![PixelSum::default(); width as usize * height as usize],
+            tiles: states,
+        }
     }
 
     /// Adds the sums of one chunk of one tile: of the samples `first_sample` up to `first_sample + count`. Chunks
@@ -122,7 +127,8 @@ impl Film {
 
     /// The image so far: the mean of each pixel's samples, black where there are none.
     pub fn develop(&self) -> Image {
-        let mean = |s: &PixelSum| s.rgb.map(|v| if s.count == 0 { 0.0 } else { (v / f64::from(s.count)) as f32 });
+        let mean =
+            |s: &PixelSum| s.rgb.map(|v| if s.count == 0 { 0.0 } else { (v / f64::from(s.count)) as f32 });
         let data = self.sums.iter().flat_map(mean).collect();
         Image::from_data(self.width, self.height, 3, data).expect("three values per pixel")
     }

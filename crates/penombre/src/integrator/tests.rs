@@ -70,7 +70,9 @@ fn samples_have_the_same_bits_alone_and_in_a_crowd() {
 fn half_hidden(count: i64) -> SceneDescription {
     use penombre_scene::Role::{Integrator, Light, Material, Render, Shape};
     let mut d = SceneDescription::default();
-    d.add(Node::new(Render, "render", "").with("size", [3i64, 3]).with("spp", 1i64).with("pixel_jitter", false));
+    d.add(
+        Node::new(Render, "render", "").with("size", [3i64, 3]).with("spp", 1i64).with("pixel_jitter", false),
+    );
     d.add(Node::new(Integrator, "classic", "classic").with("phase", 2i64));
     d.add(Node::new(penombre_scene::Role::Camera, "perspective", "main").with("position", [0.0, 0.5, 3.0]));
     d.add(Node::new(Material, "phong", "white").with("diffuse", [1.0, 1.0, 1.0]));

@@ -57,7 +57,8 @@ fn integrator(settings: &RenderSettings, context: &mut Context<'_, '_>) -> Optio
     };
     for (_, node) in context.description.of_role(Role::Integrator) {
         if !names.contains(&node.name.as_str()) {
-            let message = format!("`{}` sets parameters of an integrator that this version does not have", node.path());
+            let message =
+                format!("`{}` sets parameters of an integrator that this version does not have", node.path());
             context.out.error("scene::unknown-integrator", node.span, message).help = help(&node.name);
         }
     }

@@ -68,7 +68,14 @@ impl Render {
     pub fn new(plan: Plan) -> Self {
         let Plan { scene, integrator, job } = plan;
         let film = Film::new(job.size[0], job.size[1], job.tiles());
-        Self { scene, integrator, job, film, statistics: Statistics::default(), done: vec![false; job.units()] }
+        Self {
+            scene,
+            integrator,
+            job,
+            film,
+            statistics: Statistics::default(),
+            done: vec![false; job.units()],
+        }
     }
 
     /// Computes what is left to do on `threads` threads (at least one).
@@ -87,7 +94,8 @@ impl Render {
         };
         let work = || {
             while let Some(index) = todo.get(next.fetch_add(1, Ordering::Relaxed)) {
-                let Some(result) = Self::unit_unless(&scene, integrator, &job, job.unit(*index), &stop) else {
+                let Some(result) = Self::unit_unless(&scene, integrator, &job, job.unit(*index), &stop)
+                else {
                     return;
                 };
                 // A panic of another thread ends the whole run; its lock is of no interest then.

@@ -47,7 +47,12 @@ impl RenderSettings {
             ParamDefault::Int(64),
             "Samples per pixel.",
         ),
-        ParamSpec::with_default("integrator", Kind::Text, ParamDefault::Text("classic"), "How light is computed."),
+        ParamSpec::with_default(
+            "integrator",
+            Kind::Text,
+            ParamDefault::Text("classic"),
+            "How light is computed.",
+        ),
         ParamSpec::with_default(
             "max_depth",
             Kind::Int(Range::closed(1.0, 65536.0)),

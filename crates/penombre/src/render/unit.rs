@@ -77,7 +77,13 @@ impl Render {
 }
 
 /// Follows one sample of one pixel and tells every vertex of its path.
-pub fn record(scene: &Scene, integrator: &dyn AnyIntegrator, job: &Job, pixel: [u32; 2], index: u32) -> PathRecord {
+pub fn record(
+    scene: &Scene,
+    integrator: &dyn AnyIntegrator,
+    job: &Job,
+    pixel: [u32; 2],
+    index: u32,
+) -> PathRecord {
     match camera_sample(scene, job, pixel, index) {
         Some(sample) => integrator.worker(scene).record(&sample),
         None => PathRecord::default(),

@@ -17,7 +17,11 @@ use std::sync::Arc;
 /// Parameters of `[instance.NAME]`.
 pub const INSTANCE_SCHEMA: &[ParamSpec] = &[
     ParamSpec::required("of", Kind::Reference(Role::Shape), "The shape that appears once more."),
-    ParamSpec::optional("transform", Kind::Transform, "Where it stands: steps applied after the shape's own."),
+    ParamSpec::optional(
+        "transform",
+        Kind::Transform,
+        "Where it stands: steps applied after the shape's own.",
+    ),
     ParamSpec::optional("transforms", Kind::Transforms, "Many places at once: a list of transforms."),
 ];
 
@@ -169,7 +173,10 @@ impl Builder<'_, '_> {
             };
             let map = appearance.map * shape.shape.remainder().unwrap_or(DAffine3::IDENTITY);
             let Some(to_world) = Transform::new(map) else {
-                let message = format!("the transform of an instance of `shape.{}` overflows or is singular", shape.name);
+                let message = format!(
+                    "the transform of an instance of `shape.{}` overflows or is singular",
+                    shape.name
+                );
                 self.out.error("scene::transform", appearance.span, message).help =
                     "scales must not be zero, and coordinates must stay below 3.4e38".to_owned();
                 continue;
@@ -189,7 +196,8 @@ impl Builder<'_, '_> {
             let mut description = SceneDescription::default();
             let bounds = if scene.bounds.is_empty() { unit_box() } else { scene.bounds };
             let id = description.add(penombre_scene::auto::camera_for(&bounds, aspect));
-            let mut context = Context { description: &description, assets: self.assets, out: self.out, node: id };
+            let mut context =
+                Context { description: &description, assets: self.assets, out: self.out, node: id };
             if let Some(value) = AnyCamera::build(description.node(id), &mut context) {
                 scene.cameras.push(Named { name: String::new(), value });
             }

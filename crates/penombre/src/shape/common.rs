@@ -11,8 +11,11 @@ pub const MATERIAL: ParamSpec =
     ParamSpec::optional("material", Kind::Reference(Role::Material), "Name of its material.");
 
 /// Every shape's transform.
-pub const TRANSFORM: ParamSpec =
-    ParamSpec::optional("transform", Kind::Transform, "Where it stands: a list of steps, applied in this order.");
+pub const TRANSFORM: ParamSpec = ParamSpec::optional(
+    "transform",
+    Kind::Transform,
+    "Where it stands: a list of steps, applied in this order.",
+);
 
 /// A point that was computed in double precision, rounded, with the bound on its error per axis. The true error
 /// is one rounding; twice that leaves room for the double-precision arithmetic before it.
@@ -47,7 +50,8 @@ pub fn place(map: &DAffine3, p: Vec3, params: &Params, context: &mut Context<'_,
 /// Reports that the transform moves the shape beyond single precision.
 pub fn too_far(params: &Params, context: &mut Context<'_, '_>) {
     let node = context.description.node(context.node);
-    let message = format!("the transform moves `{}` beyond the largest number of single precision", node.path());
+    let message =
+        format!("the transform moves `{}` beyond the largest number of single precision", node.path());
     context.out.error("scene::out-of-range", params.span("transform"), message).help =
         "coordinates must stay below 3.4e38".to_owned();
 }

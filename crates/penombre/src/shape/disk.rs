@@ -40,8 +40,13 @@ impl Shape for Disk {
             ParamDefault::Vec3([0.0, 0.0, 1.0]),
             "The direction that it faces, of any length.",
         ),
-        ParamSpec::with_default("radius", Kind::Float(Range::POSITIVE), ParamDefault::Float(1.0), "The radius.")
-            .unit("m"),
+        ParamSpec::with_default(
+            "radius",
+            Kind::Float(Range::POSITIVE),
+            ParamDefault::Float(1.0),
+            "The radius.",
+        )
+        .unit("m"),
         MATERIAL,
         TRANSFORM,
     ];

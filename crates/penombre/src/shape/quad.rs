@@ -56,8 +56,7 @@ impl Shape for Quad {
 
     fn point(&self, _: &Ray, hit: &Hit) -> ShapePoint {
         let [a, b] = self.sides.map(Vec3::as_dvec3);
-        let (p, p_error) =
-            rounded(self.origin.as_dvec3() + a * f64::from(hit.u) + b * f64::from(hit.v));
+        let (p, p_error) = rounded(self.origin.as_dvec3() + a * f64::from(hit.u) + b * f64::from(hit.v));
         ShapePoint {
             p,
             p_error,

@@ -34,8 +34,13 @@ impl Shape for Sphere {
     const TYPE_NAME: &'static str = "sphere";
     const SCHEMA: &'static [ParamSpec] = &[
         ParamSpec::with_default("center", Kind::Vec3, ParamDefault::Vec3([0.0; 3]), "The centre.").unit("m"),
-        ParamSpec::with_default("radius", Kind::Float(Range::POSITIVE), ParamDefault::Float(1.0), "The radius.")
-            .unit("m"),
+        ParamSpec::with_default(
+            "radius",
+            Kind::Float(Range::POSITIVE),
+            ParamDefault::Float(1.0),
+            "The radius.",
+        )
+        .unit("m"),
         MATERIAL,
         TRANSFORM,
     ];
@@ -113,12 +118,8 @@ mod tests {
 
     #[test]
     fn hit_points_lie_on_the_sphere_from_ten_thousand_radii_away() {
-        let sphere = Sphere {
-            center: Vec3::new(1.0, -2.0, 0.5),
-            radius: 0.75,
-            to_object: None,
-            remainder: None,
-        };
+        let sphere =
+            Sphere { center: Vec3::new(1.0, -2.0, 0.5), radius: 0.75, to_object: None, remainder: None };
         let bvh = penombre_bvh::Bvh::build(vec![sphere.geometry()], &Default::default()).unwrap();
         let origin = Vec3::new(7500.0, 300.0, -200.0);
         let ray = Ray::new(origin, (sphere.center - origin).normalize(), 0.0, f32::INFINITY);

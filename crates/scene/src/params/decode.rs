@@ -1,6 +1,6 @@
 //! From values to checked parameters.
 
-use super::expect::{expected, expected_number, found, how_to_write, quoted};
+use super::expect::{documentation, expected, expected_number, found, how_to_write, quoted, without_quotes};
 use super::{ColorInput, Decoded, Entry, FloatInput};
 use crate::description::{Node, NodeId, Param, Role, SceneDescription, Value, ValueKind};
 use crate::diagnostic::{Diagnostic, Diagnostics, Severity};
@@ -20,8 +20,8 @@ pub fn entries(
     out: &mut Diagnostics,
 ) -> Vec<Entry> {
     unknown_keys(node, schema, out);
-    let mut decoder = Decoder { node, scene, out, name: "", steps: Vec::new(), unit: "", faults: 0 };
-    schema.iter().map(|spec| decoder.entry(spec)).collect()
+    let entry = |spec| Decoder { node, scene, out: &mut *out, spec, steps: Vec::new(), faults: 0 }.entry();
+    schema.iter().map(entry).collect()
 }
 
 fn unknown_keys(node: &Node, schema: &[ParamSpec], out: &mut Diagnostics) {
@@ -45,14 +45,13 @@ fn ticked(name: &str) -> String {
     if plain { format!("`{name}`") } else { quoted(name) }
 }
 
-/// Decodes one node; `name` and `steps` say where in it we are.
+/// Decodes one parameter of a node; `steps` say where in its value we are.
 pub struct Decoder<'a> {
     node: &'a Node,
     scene: &'a SceneDescription,
     out: &'a mut Diagnostics,
-    name: &'static str,
+    spec: &'static ParamSpec,
     steps: Vec<Step>,
-    unit: &'static str,
     faults: usize,
 }
 
@@ -64,12 +63,11 @@ pub enum Step {
 }
 
 impl Decoder<'_> {
-    fn entry(&mut self, spec: &'static ParamSpec) -> Entry {
-        (self.name, self.unit, self.faults) = (spec.name, spec.unit, 0);
-        self.steps.clear();
+    fn entry(&mut self) -> Entry {
+        let spec = self.spec;
         let Some(param) = self.node.param(spec.name) else {
             if spec.default == ParamDefault::Required {
-                self.missing(spec);
+                self.missing();
             }
             return Entry { value: default_value(spec), span: None };
         };
@@ -77,7 +75,8 @@ impl Decoder<'_> {
         Entry { value, span: Some(param.value.span) }
     }
 
-    fn missing(&mut self, spec: &ParamSpec) {
+    fn missing(&mut self) {
+        let spec = self.spec;
         let message = format!("`{}` has no parameter `{}`, which it must have", self.node.path(), spec.name);
         let expected = expected(&spec.kind, spec.unit);
         self.out.error("scene::missing-parameter", self.node.span, message).help =
@@ -90,15 +89,16 @@ impl Decoder<'_> {
         self.report(code, value.span, message)
     }
 
-    /// Reports a fault in words of its own.
+    /// Reports a fault in words of its own. The help is what the parameter means, until something better is said.
     pub fn report(&mut self, code: &'static str, span: Span, message: String) -> Fault<'_> {
         self.faults += 1;
-        Fault { diagnostic: Some(Diagnostic::new(Severity::Error, code, span, message)), out: self.out }
+        let diagnostic = Diagnostic::new(Severity::Error, code, span, message).help(documentation(self.spec));
+        Fault { diagnostic: Some(diagnostic), out: self.out }
     }
 
     /// How messages call the present place: "`sides[0]` of `shape.wall`".
     pub fn place(&self) -> String {
-        let mut path = self.name.to_owned();
+        let mut path = self.spec.name.to_owned();
         for step in &self.steps {
             match step {
                 Step::Index(i) => path.push_str(&format!("[{i}]")),
@@ -155,17 +155,18 @@ impl Decoder<'_> {
 
     /// Reports that the value is of a kind that the parameter does not take.
     pub fn wrong_type<T>(&mut self, kind: &Kind, value: &Value) -> Option<T> {
-        let unit = self.unit;
-        self.fault("scene::wrong-type", value, &expected(kind, unit)).help(how_to_write(kind));
+        let expected = expected(kind, self.spec.unit);
+        let help = without_quotes(value).unwrap_or_else(|| how_to_write(kind).to_owned());
+        self.fault("scene::wrong-type", value, &expected).help(help);
         None
     }
 
     fn int(&mut self, value: &Value, range: &Range) -> Option<i64> {
-        let expected = expected_number(range, true, self.unit);
+        let expected = expected_number(range, true, self.spec.unit);
         let ValueKind::Int(i) = value.kind else {
             let help = match value.kind {
                 ValueKind::Float(v) if v.fract() == 0.0 && v.abs() < 9e15 => format!("write {v}"),
-                _ => String::new(),
+                _ => without_quotes(value).unwrap_or_default(),
             };
             self.fault("scene::wrong-type", value, &expected).help(help);
             return None;
@@ -189,7 +190,7 @@ impl Decoder<'_> {
         if range.contains(v) && !rounded_out && (single.is_finite() || v.is_infinite()) {
             return Some(v);
         }
-        let unit = self.unit;
+        let unit = self.spec.unit;
         let finite = if v.is_finite() || *range != Range::ANY { "" } else { "finite " };
         let expected =
             expected_number(range, false, unit).replacen("a number", &format!("a {finite}number"), 1);
@@ -213,8 +214,8 @@ impl Decoder<'_> {
     ) -> Option<[T; N]> {
         let ValueKind::Array(list) = &value.kind else { return self.wrong_type(kind, value) };
         if list.len() != N {
-            let unit = self.unit;
-            self.fault("scene::wrong-length", value, &expected(kind, unit)).help(how_to_write(kind));
+            let expected = expected(kind, self.spec.unit);
+            self.fault("scene::wrong-length", value, &expected).help(how_to_write(kind));
             return None;
         }
         let decode = |(i, v)| self.within(Step::Index(i), |d| decode(d, v));
@@ -352,7 +353,8 @@ impl Decoder<'_> {
             if self.faults >= MOST_FAULTS && i + 1 < list.len() {
                 let message =
                     format!("{} has more than {MOST_FAULTS} faults; the rest is not checked", self.place());
-                self.report("scene::many-faults", value.span, message);
+                let help = "mend the first of them: the others are often the same mistake";
+                self.report("scene::many-faults", value.span, message).help(help);
                 return None;
             }
         }
@@ -388,10 +390,11 @@ pub struct Fault<'a> {
 }
 
 impl Fault<'_> {
-    /// Adds a hint.
+    /// Says what to do; an empty text leaves the help as it is.
     pub fn help(mut self, help: impl Into<String>) {
-        if let Some(diagnostic) = &mut self.diagnostic {
-            diagnostic.help = help.into();
+        let help = help.into();
+        if let Some(diagnostic) = self.diagnostic.as_mut().filter(|_| !help.is_empty()) {
+            diagnostic.help = help;
         }
     }
 }

@@ -1,7 +1,7 @@
 //! What messages say about values: what was found, what was expected.
 
 use crate::description::{Value, ValueKind};
-use crate::schema::{Kind, Range};
+use crate::schema::{Kind, ParamDefault, ParamSpec, Range};
 
 /// A number as people write it: short, and with a point only where it has a fraction.
 pub fn number(v: f64) -> String {
@@ -110,6 +110,52 @@ pub fn how_to_write(kind: &Kind) -> &'static str {
         Kind::Transforms => "write [[{ translate = [1, 0, 0] }], [{ scale = 2 }, { translate = [2, 0, 0] }]]",
         _ => "",
     }
+}
+
+/// What a parameter means, with its unit and default: "`fov` (degrees, default 45): field of view from …". For
+/// transforms how to write them.
+pub fn documentation(spec: &ParamSpec) -> String {
+    if matches!(spec.kind, Kind::Transform | Kind::Transforms) {
+        return how_to_write(&spec.kind).to_owned();
+    }
+    let default = default_text(&spec.default).map(|text| format!("default {text}"));
+    let unit = Some(spec.unit.to_owned()).filter(|unit| !unit.is_empty());
+    let notes = [unit, default].into_iter().flatten().collect::<Vec<_>>().join(", ");
+    let notes = if notes.is_empty() { notes } else { format!(" ({notes})") };
+    format!("`{}`{notes}: {}", spec.name, uncapitalized(spec.doc.trim_end_matches('.')))
+}
+
+/// A sentence as the part of another: "The eye" becomes "the eye", "OFF meshes" stays.
+fn uncapitalized(text: &str) -> String {
+    let mut letters = text.chars();
+    match (letters.next(), letters.next()) {
+        (Some(first), second) if !second.is_some_and(char::is_uppercase) => {
+            first.to_lowercase().chain(text.chars().skip(1)).collect()
+        }
+        _ => text.to_owned(),
+    }
+}
+
+/// A default as scene files write it; `None` if there is none.
+fn default_text(default: &ParamDefault) -> Option<String> {
+    let list = |numbers: &[f64]| numbers.iter().map(|v| number(*v)).collect::<Vec<_>>().join(", ");
+    Some(match default {
+        ParamDefault::Required | ParamDefault::Absent => return None,
+        ParamDefault::Bool(b) => b.to_string(),
+        ParamDefault::Int(i) => i.to_string(),
+        ParamDefault::Float(v) => number(*v),
+        ParamDefault::Vec2(v) => format!("[{}]", list(v)),
+        ParamDefault::Vec3(v) => format!("[{}]", list(v)),
+        ParamDefault::Color([r, g, b]) => format!("[{r}, {g}, {b}]"),
+        ParamDefault::Text(text) => format!("{text:?}"),
+    })
+}
+
+/// The help for a number or truth value that stands in quotes.
+pub fn without_quotes(value: &Value) -> Option<String> {
+    let ValueKind::String(text) = &value.kind else { return None };
+    let bare = text.parse::<f64>().is_ok() || text.parse::<bool>().is_ok();
+    (bare && text.len() <= 40).then(|| format!("write {text} without quotes"))
 }
 
 /// How to write a colour.

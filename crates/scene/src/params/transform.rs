@@ -75,7 +75,8 @@ impl Decoder<'_> {
             let axis = d.triple(&step.value)?;
             if axis == DVec3::ZERO {
                 let message = format!("{} is [0, 0, 0], expected the axis of the rotation", d.place());
-                d.report("scene::zero-direction", step.value.span, message);
+                let help = "[0, 1, 0] turns about the y axis, which points up";
+                d.report("scene::zero-direction", step.value.span, message).help(help);
                 return None;
             }
             Some(axis)
@@ -107,12 +108,13 @@ impl Decoder<'_> {
     /// Sixteen numbers, row by row; the last row is 0, 0, 0, 1.
     fn matrix(&mut self, value: &Value) -> Option<DAffine3> {
         const EXPECTED: &str = "16 numbers, row by row";
+        const HELP: &str = "write { matrix = [1, 0, 0, x,  0, 1, 0, y,  0, 0, 1, z,  0, 0, 0, 1] }";
         let ValueKind::Array(list) = &value.kind else {
-            self.fault("scene::wrong-type", value, EXPECTED);
+            self.fault("scene::wrong-type", value, EXPECTED).help(HELP);
             return None;
         };
         if list.len() != 16 {
-            self.fault("scene::wrong-length", value, EXPECTED);
+            self.fault("scene::wrong-length", value, EXPECTED).help(HELP);
             return None;
         }
         let part = |(i, v)| self.within(Step::Index(i), |d| d.number(v, &Range::ANY));

@@ -83,11 +83,11 @@ fn without_consequences<'a>(text: &str, errors: &'a [Error]) -> Vec<(Range<usize
     faults.truncate(MOST_LOOKED_AT);
     let bytes = text.as_bytes();
     let line_end = |at: usize| bytes[at..].iter().position(|b| *b == b'\n').map_or(text.len(), |n| at + n);
-    let mut lost_until = 0;
+    let mut lost_until = None;
     let mut doubtful_until = 0;
     faults.retain(|(range, message)| {
         let duplicate = *message == DUPLICATE;
-        if range.start < lost_until || (duplicate && range.start < doubtful_until) {
+        if lost_until.is_some_and(|end| range.start <= end) || (duplicate && range.start < doubtful_until) {
             return false;
         }
         let line_start = bytes[..range.start].iter().rposition(|b| *b == b'\n').map_or(0, |n| n + 1);
@@ -98,7 +98,7 @@ fn without_consequences<'a>(text: &str, errors: &'a [Error]) -> Vec<(Range<usize
         let structure =
             ["unclosed", "missing", "unexpected", "key with no value", "unquoted key", "must be quoted"];
         if structure.iter().any(|word| message.contains(word)) && !message.contains("leading zero") {
-            lost_until = line_end(range.start);
+            lost_until = Some(line_end(range.start));
         }
         true
     });
@@ -146,7 +146,7 @@ fn unquoted(found: &str) -> (String, &'static str) {
 fn hint(message: &str, found: &str) -> &'static str {
     match message {
         m if m.contains("escape") || m.contains("unicode") => {
-            "in quotes a backslash begins an escape: write \\\\ or, in the names of files, /"
+            "in quotes a backslash begins an escape: double it, or write / in the names of files"
         }
         m if m.contains("basic string") => "a text ends with a quote on the same line",
         m if m.contains("unquoted key") && found == ":" => "keys and values have `=` between them: fov = 45",

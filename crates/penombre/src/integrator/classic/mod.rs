@@ -244,7 +244,13 @@ fn shadow_ray(departure: &Departure, light: Vec3) -> Ray {
 }
 
 /// Rays to `count` points of a light.
-fn soft_shadow_rays(departure: &Departure, light: &AnyLight, series: Series, count: u32, rays: &mut Vec<Ray>) {
+fn soft_shadow_rays(
+    departure: &Departure,
+    light: &AnyLight,
+    series: Series,
+    count: u32,
+    rays: &mut Vec<Ray>,
+) {
     const CHUNK: u32 = 64;
     let mut points = [[0.0; 2]; CHUNK as usize];
     for start in (0..count).step_by(CHUNK as usize) {

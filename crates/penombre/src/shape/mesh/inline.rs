@@ -13,7 +13,8 @@ pub fn read(p: &Params, context: &mut Context<'_, '_>) -> Option<TriangleMesh> {
     let mut sound = true;
     for polygon in p.faces("faces") {
         if let Some(beyond) = polygon.iter().find(|i| **i as usize >= count) {
-            let message = format!("`{path}` has vertex index {beyond} in `faces`, expected 0 to {}", count.max(1) - 1);
+            let message =
+                format!("`{path}` has vertex index {beyond} in `faces`, expected 0 to {}", count.max(1) - 1);
             let fault = context.out.error("scene::index", p.span("faces"), message);
             fault.help = format!("`positions` has {count} vertices, counted from 0");
             sound = false;

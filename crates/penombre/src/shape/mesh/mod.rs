@@ -165,7 +165,8 @@ impl Mesh {
             normals::smooth(&positions, &indices, crease_angle)
         } else {
             let turn = map.matrix3.inverse().transpose();
-            let turned = |n: &Vec3| if identity { *n } else { (turn * n.as_dvec3()).normalize_or_zero().as_vec3() };
+            let turned =
+                |n: &Vec3| if identity { *n } else { (turn * n.as_dvec3()).normalize_or_zero().as_vec3() };
             Indexed {
                 values: source.normals.iter().map(turned).collect(),
                 indices: wound(&source.normal_indices),

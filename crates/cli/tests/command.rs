@@ -1,0 +1,285 @@
+//! The command as a user meets it: files, exit status, what is said where.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+use tempfile::TempDir;
+
+/// A fresh folder in which the command runs.
+struct Folder(TempDir);
+
+impl Folder {
+    fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn write(&self, name: &str, text: &str) {
+        std::fs::write(self.path(name), text).unwrap();
+    }
+
+    fn command(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_penombre"));
+        command.args(arguments).current_dir(self.0.path()).env("NO_COLOR", "1");
+        command
+    }
+
+    fn run(&self, arguments: &[&str]) -> Output {
+        self.command(arguments).output().unwrap()
+    }
+
+    /// Runs what must succeed and returns standard output.
+    fn ok(&self, arguments: &[&str]) -> String {
+        let output = self.run(arguments);
+        assert_eq!(output.status.code(), Some(0), "{arguments:?}: {}", text(&output.stderr));
+        text(&output.stdout)
+    }
+
+    /// Runs what must be refused with status 2 and returns standard error.
+    fn refused(&self, arguments: &[&str]) -> String {
+        let output = self.run(arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {}", text(&output.stderr));
+        assert!(output.stdout.is_empty(), "{arguments:?}: {}", text(&output.stdout));
+        text(&output.stderr)
+    }
+
+    fn json(&self, arguments: &[&str]) -> serde_json::Value {
+        serde_json::from_str(&self.ok(arguments)).unwrap()
+    }
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).unwrap();
+    let mut names: Vec<String> =
+        entries.map(|e| e.unwrap().file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    names
+}
+
+const SMALL: [&str; 4] = ["--size", "24x16", "--spp", "2"];
+
+fn small<'a>(before: &[&'a str], after: &[&'a str]) -> Vec<&'a str> {
+    [before, &SMALL, after].concat()
+}
+
+#[test]
+fn the_default_output_is_the_scenes_name_and_its_path_size_and_time_are_said() {
+    let folder = Folder::new();
+    let said = folder.ok(&small(&["render", "cornell"], &[]));
+    assert!(said.starts_with("cornell.png  24×16, 2 spp, ") && said.contains(" s, "), "{said}");
+    assert_eq!(names(folder.0.path()), ["cornell.png"]);
+}
+
+#[test]
+fn every_format_is_written_and_read_back() {
+    let folder = Folder::new();
+    let files = ["a.png", "a.jpg", "a.ppm", "a.pfm", "a.exr", "a.hdr"];
+    let outputs: Vec<&str> = files.iter().flat_map(|f| ["-o", f]).collect();
+    let said = folder.ok(&small(&["render", "cornell", "--tone", "srgb"], &outputs));
+    assert_eq!(said.lines().count(), files.len());
+    folder.ok(&["diff", "a.pfm", "a.exr"]);
+    folder.ok(&["diff", "a.png", "a.ppm", "--tolerance", "1e-6"]);
+    for file in files {
+        let line = folder.run(&["diff", file, "a.pfm", "--json"]);
+        let found: serde_json::Value = serde_json::from_slice(&line.stdout).unwrap();
+        assert!(found["psnr"].as_f64().is_none_or(|p| p > 15.0), "{file}: {found}");
+    }
+}
+
+#[test]
+fn statistics_have_the_keys_of_the_contract() {
+    let folder = Folder::new();
+    let line = folder.json(&small(&["render", "cornell"], &["--json", "--threads", "2"]));
+    let keys = "scene integrator width height spp samples rays load_s build_s render_s cpu_s msamples_per_s \
+                mrays_per_s threads peak_rss_mb bvh_mb triangles instances mean error non_finite digest outputs";
+    for key in keys.split_whitespace() {
+        assert!(line.get(key).is_some(), "{key} is missing in {line}");
+    }
+    assert_eq!(line["samples"], 24 * 16 * 2);
+    assert_eq!(line["mean"].as_array().unwrap().len(), 3);
+    assert_eq!(line["digest"].as_str().unwrap().len(), 64);
+    assert_eq!(line["outputs"], serde_json::json!(["cornell.png"]));
+}
+
+#[test]
+fn threads_tiles_and_outputs_change_no_bit_and_seeds_do() {
+    let folder = Folder::new();
+    let digest = |more: &[&str]| {
+        folder.json(&small(&["render", "cornell", "--json"], more))["digest"].as_str().unwrap().to_owned()
+    };
+    let expected = digest(&[]);
+    for more in [["--threads", "1"], ["--threads", "3"], ["--tile", "8"], ["--tile", "17"], ["-o", "b.exr"]] {
+        assert_eq!(digest(&more), expected, "{more:?}");
+    }
+    assert_ne!(digest(&["--seed", "1"]), expected);
+}
+
+#[test]
+fn standard_output_takes_a_whole_png_and_nothing_else() {
+    let folder = Folder::new();
+    let output = folder.run(&small(&["render", "square"], &["-o", "-", "--json"]));
+    assert_eq!(output.status.code(), Some(0));
+    assert!(output.stdout.starts_with(b"\x89PNG\r\n\x1a\n") && output.stdout.ends_with(b"IEND\xaeB`\x82"));
+    assert!(text(&output.stderr).contains("\"digest\""));
+    assert!(names(folder.0.path()).is_empty());
+}
+
+#[test]
+fn the_courses_format_is_exact() {
+    let folder = Folder::new();
+    folder.ok(&[
+        "render",
+        "sphere",
+        "--phase",
+        "1",
+        "--size",
+        "5x4",
+        "--spp",
+        "1",
+        "--disable-pixel-jitter",
+        "--course-ppm",
+        "-o",
+        "rendu.ppm",
+    ]);
+    let written = std::fs::read_to_string(folder.path("rendu.ppm")).unwrap();
+    let lines: Vec<&str> = written.split('\n').collect();
+    assert_eq!(lines[..3], ["P3", "5 4", "255"]);
+    assert_eq!(lines.len(), 5, "all pixels on one line, then an end of line");
+    assert_eq!(lines[4], "");
+    // 5 × 4 pixels of a sphere of radius 0.8 pixels: the two nearest the middle are white.
+    let (black, white) = ("0 0 0 ", "255 255 255 ");
+    let row = [black, black, white, black, black].concat();
+    assert_eq!(lines[3], [black.repeat(5), row.clone(), row, black.repeat(5)].concat());
+}
+
+#[test]
+fn pictures_tell_how_they_were_made() {
+    let folder = Folder::new();
+    folder.ok(&small(&["render", "cornell", "--seed", "7"], &[]));
+    let bytes = text(&std::fs::read(folder.path("cornell.png")).unwrap());
+    for part in ["penombre:scene-digest", "penombre render cornell --seed 7", "penombre:spp", "Software"] {
+        assert!(bytes.contains(part), "{part}");
+    }
+}
+
+#[test]
+fn wrong_places_to_write_are_told_before_the_first_sample() {
+    let folder = Folder::new();
+    folder.write("file", "");
+    let long = ["--spp", "1000000"];
+    for (output, expected) in [
+        ("a.xyz", "xyz"),
+        ("noextension", "extension"),
+        ("nowhere/a.png", "nowhere/a.png"),
+        ("file/a.png", "file/a.png"),
+    ] {
+        let said = folder.refused(&[&["render", "cornell", "-o", output], long.as_slice()].concat());
+        assert!(said.contains(expected), "{output}: {said}");
+    }
+}
+
+#[test]
+fn wrong_command_lines_are_refused() {
+    let folder = Folder::new();
+    for (arguments, expected) in [
+        (vec!["render", "cornell", "--noise", "0.1"], "not built yet"),
+        (vec!["render", "cornell", "--resume"], "not built yet"),
+        (vec!["view", "cornell"], "not built yet"),
+        (vec!["render", "cornell", "--nose", "0.1"], "--nose"),
+        (vec!["render", "cornell", "--size", "0x4"], "0x4"),
+        (vec!["render", "cornell", "--spp", "0"], "--spp"),
+        (vec!["render", "cornell", "--phase", "5"], "--phase"),
+        (vec!["render", "cornell", "--tone", "agx"], "--tone"),
+        (vec!["render", "cornell", "--integrator", "path"], "unknown integrator `path`"),
+        (vec!["render", "cornell", "--camera", "left"], "no such camera"),
+        (vec!["render", "cornel"], "did you mean `cornell`"),
+        (vec!["render", "nowhere.toml"], "nowhere.toml"),
+        (vec!["render", "cornell", "--set", "camera.fov=200"], "fov"),
+        (vec!["trace", "cornell", "--pixel", "480,0"], "outside"),
+    ] {
+        let said = folder.refused(&arguments);
+        assert!(said.contains(expected), "{arguments:?}: {said}");
+        assert!(!said.contains("panicked") && !said.contains("internal fault"), "{said}");
+    }
+    assert!(names(folder.0.path()).is_empty());
+}
+
+#[test]
+fn check_tells_all_faults_for_people_and_programs() {
+    let folder = Folder::new();
+    folder.write("a.toml", "penombre = 1\n[shape.ball]\ntype = \"sphere\"\nradius = -1\nradios = 2\n");
+    let output = folder.run(&["check", "a.toml"]);
+    assert_eq!(output.status.code(), Some(2));
+    let said = text(&output.stderr);
+    assert!(said.contains("a.toml:4:10") && said.contains("a.toml:5:1"), "{said}");
+    assert!(said.contains("did you mean `radius`"), "{said}");
+    let output = folder.run(&["check", "a.toml", "--json"]);
+    assert_eq!(output.status.code(), Some(2));
+    let faults: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(
+        faults.as_array().unwrap().iter().any(|f| f["line"] == 4 && f["severity"] == "error"),
+        "{faults}"
+    );
+    folder.ok(&["check", "cornell"]);
+}
+
+#[test]
+fn info_and_trace_speak_to_people_and_programs() {
+    let folder = Folder::new();
+    assert!(folder.ok(&["info", "cornell"]).contains("6 quad, 2 sphere"));
+    let info = folder.json(&["info", "cornell", "--json"]);
+    assert_eq!(info["shapes"]["quad"], 6);
+    assert_eq!(info["cameras"], serde_json::json!(["main"]));
+    assert!(folder.ok(&["trace", "cornell", "--pixel", "330,380"]).contains("refraction from vertex 0"));
+    let path = folder.json(&["trace", "cornell", "--pixel", "330,380", "--sample", "3", "--json"]);
+    let vertices = path["vertices"].as_array().unwrap();
+    assert_eq!(vertices[0]["surface"]["material_type"], "glass");
+    assert!(vertices.len() > 4);
+}
+
+#[test]
+fn diff_ends_with_0_1_or_2() {
+    let folder = Folder::new();
+    folder.ok(&small(&["render", "cornell"], &["-o", "a.pfm"]));
+    folder.ok(&small(&["render", "cornell", "--seed", "1"], &["-o", "b.pfm"]));
+    folder.ok(&["render", "cornell", "--size", "8x8", "--spp", "1", "-o", "c.pfm"]);
+    assert!(folder.ok(&["diff", "a.pfm", "a.pfm"]).starts_with("equal"));
+    let output = folder.run(&["diff", "a.pfm", "b.pfm", "-o", "heat.png"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(text(&output.stdout).starts_with("different"));
+    assert!(folder.path("heat.png").is_file());
+    folder.ok(&["diff", "a.pfm", "b.pfm", "--tolerance", "10"]);
+    assert!(folder.refused(&["diff", "a.pfm", "c.pfm"]).contains("24"));
+    assert!(folder.refused(&["diff", "a.pfm", "none.pfm"]).contains("none.pfm"));
+}
+
+/// Starts a long render, waits for `started` and asks it to stop.
+#[cfg(unix)]
+fn interrupted(folder: &Folder, signal: &str) -> Output {
+    use std::process::Stdio;
+    let mut command =
+        folder.command(&["render", "cornell", "--size", "64x64", "--spp", "10000000", "-o", "out.png"]);
+    let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    std::thread::sleep(std::time::Duration::from_millis(700));
+    assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
+    child.wait_with_output().unwrap()
+}
+
+#[cfg(unix)]
+#[test]
+fn an_interrupted_render_saves_what_it_has() {
+    for signal in ["-INT", "-TERM"] {
+        let folder = Folder::new();
+        let output = interrupted(&folder, signal);
+        assert_eq!(output.status.code(), Some(130), "{}", text(&output.stderr));
+        assert!(text(&output.stderr).contains("interrupted"));
+        assert_eq!(names(folder.0.path()), ["out.png"]);
+        folder.ok(&["diff", "out.png", "out.png"]);
+    }
+}
