@@ -1,7 +1,7 @@
 //! The hierarchy itself.
 
 use crate::builder::{self, Shape};
-use crate::flat::Flat;
+use crate::few;
 use crate::kernel::Kernel;
 use crate::node::Node;
 use crate::primitive::{DiskRecord, InstanceRecord, QuadRecord, SphereRecord, TriangleBlock};
@@ -32,8 +32,8 @@ pub(crate) struct Tree {
     pub(crate) bounds: Bounds3,
     /// By how much hits may lie beside their boxes, as a share of the distance to the farthest corner.
     pub(crate) aside: f32,
-    /// The same primitives again if they are few: serves instead of the nodes.
-    pub(crate) flat: Option<Flat>,
+    /// So few primitives that rays test all of them and leave the nodes alone.
+    pub(crate) few: bool,
 }
 
 /// What spheres and disks need as `aside`; less than 16 roundings of 2⁻⁵³.
@@ -46,7 +46,7 @@ impl Tree {
         let quads = self.quads.iter().map(QuadRecord::aside).fold(round, f64::max);
         let all = self.instances.iter().map(|i| i.aside).fold(quads, f64::max);
         self.aside = all as f32;
-        self.flat = Flat::new(self);
+        self.few = few::suits(self);
     }
 
     fn bytes(&self) -> usize {
@@ -56,7 +56,6 @@ impl Tree {
             + size_of_val(&*self.quads)
             + size_of_val(&*self.disks)
             + size_of_val(&*self.instances)
-            + self.flat.as_ref().map_or(0, Flat::bytes)
     }
 }
 
@@ -141,6 +140,12 @@ impl Bvh {
     #[cfg(test)]
     pub(crate) fn portable(&self) -> Self {
         Self { kernel: Kernel::PORTABLE, tree: self.tree.clone(), stats: self.stats }
+    }
+
+    /// The same hierarchy, using its nodes however few primitives there are.
+    #[cfg(test)]
+    pub(crate) fn through_nodes(&self) -> Self {
+        Self { kernel: self.kernel, tree: Tree { few: false, ..self.tree.clone() }, stats: self.stats }
     }
 }
 

@@ -1,10 +1,14 @@
 //! Picks the instruction set. The only unsafe code of the crate.
 //!
-//! The same source is compiled twice, for the baseline and for AVX2 (without fused multiply-add). All
-//! arithmetic is plain IEEE, so both give the same bits; a test compares them.
+//! The same source is compiled twice, for the baseline and for AVX2 (without fused multiply-add). Where the
+//! compiler does not find vector instructions by itself, the source asks a [`crate::lanes::Machine`] for them.
+//! All arithmetic is plain IEEE, so both give the same bits; tests compare them.
+//!
+//! Whatever the AVX2 version calls must be inlined into it, or it is compiled for the baseline: functions are
+//! `#[inline(always)]`, and closures stay out of hot places.
 #![allow(unsafe_code)]
 
-use crate::lanes::Plain;
+use crate::lanes::Baseline;
 use crate::{Bvh, Hit, Ray, traverse};
 
 /// A compiled version of the traversal. Private fields, so that only [`Kernel::best`] makes the fast one.
@@ -49,33 +53,47 @@ impl Kernel {
 
 #[inline(never)]
 fn closest_portable(bvh: &Bvh, rays: &[Ray], hits: &mut [Hit]) {
-    traverse::closest::<Plain>(bvh, rays, hits);
+    traverse::closest::<Baseline>(bvh, rays, hits);
 }
 
 #[inline(never)]
 fn occluded_portable(bvh: &Bvh, rays: &[Ray], blocked: &mut [bool]) {
-    traverse::occluded::<Plain>(bvh, rays, blocked);
+    traverse::occluded::<Baseline>(bvh, rays, blocked);
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
 #[inline(never)]
 fn closest_avx2(bvh: &Bvh, rays: &[Ray], hits: &mut [Hit]) {
-    traverse::closest::<avx::Packed>(bvh, rays, hits);
+    traverse::closest::<avx::Avx2>(bvh, rays, hits);
 }
 
 #[cfg(target_arch = "x86_64")]
 #[target_feature(enable = "avx2")]
 #[inline(never)]
 fn occluded_avx2(bvh: &Bvh, rays: &[Ray], blocked: &mut [bool]) {
-    traverse::occluded::<avx::Packed>(bvh, rays, blocked);
+    traverse::occluded::<avx::Avx2>(bvh, rays, blocked);
 }
 
 #[cfg(target_arch = "x86_64")]
 mod avx {
-    use crate::lanes::Lanes;
+    use crate::lanes::{Lanes, Machine};
     use std::arch::x86_64::*;
     use std::ops::{Add, Div, Mul, Neg, Sub};
+
+    /// A processor with AVX2. To be named in functions compiled for it only.
+    pub(super) struct Avx2;
+
+    impl Machine for Avx2 {
+        type Four = Packed;
+
+        #[inline(always)]
+        fn top_bits(words: &[u32; 8]) -> u32 {
+            // SAFETY: only code that was found to run with AVX2 names this type; the pointer is that of eight
+            // words, alignment is not asked for.
+            (unsafe { _mm256_movemask_ps(_mm256_loadu_ps(words.as_ptr().cast())) }) as u32
+        }
+    }
 
     /// Four numbers in a vector. To be named in functions compiled for AVX2 only; everything is inlined there.
     #[derive(Clone, Copy)]
@@ -132,6 +150,18 @@ mod avx {
         }
 
         #[inline(always)]
+        fn widen([a, b, c, d]: [f32; 4]) -> Self {
+            // SAFETY: as for `splat`.
+            Self(unsafe { _mm256_cvtps_pd(_mm_setr_ps(a, b, c, d)) })
+        }
+
+        #[inline(always)]
+        fn zero_below(self, limit: Self) -> Self {
+            // SAFETY: as for `splat`.
+            Self(unsafe { _mm256_andnot_pd(_mm256_cmp_pd::<_CMP_LT_OQ>(self.abs().0, limit.0), self.0) })
+        }
+
+        #[inline(always)]
         fn abs(self) -> Self {
             // SAFETY: as for `splat`.
             Self(unsafe { _mm256_andnot_pd(_mm256_set1_pd(-0.0), self.0) })
@@ -179,6 +209,83 @@ mod avx {
         fn at_most(self, other: Self) -> u32 {
             // SAFETY: as for `splat`.
             (unsafe { _mm256_movemask_pd(_mm256_cmp_pd::<_CMP_LE_OQ>(self.0, other.0)) }) as u32
+        }
+    }
+}
+
+#[cfg(all(test, target_arch = "x86_64"))]
+mod tests {
+    use super::{Kernel, avx::Avx2, avx::Packed};
+    use crate::lanes::{Baseline, Lanes, Machine, Plain};
+
+    const NUMBERS: [f64; 12] = [
+        0.0,
+        -0.0,
+        1.5,
+        -1.5,
+        f64::NAN,
+        f64::INFINITY,
+        f64::NEG_INFINITY,
+        1e-310,
+        -1e300,
+        16_777_217.5,
+        1e-46,
+        0.1,
+    ];
+
+    /// Everything that two vectors yield, as bits; NaN counts as one number.
+    #[inline(always)]
+    fn all<V: Lanes<4>>(a: [f64; 4], b: [f64; 4]) -> Vec<u64> {
+        let (x, y) = (V::load(&a), V::load(&b));
+        let results = [
+            x + y,
+            x - y,
+            x * y,
+            x / y,
+            -x,
+            x.abs(),
+            x.sqrt(),
+            x.copysign(y),
+            x.narrow(),
+            x.smaller(y),
+            x.larger(y),
+            x.zero_below(y),
+            V::splat(a[1]),
+            V::widen(a.map(|a| a as f32)),
+        ];
+        let bits = |x: f64| if x.is_nan() { u64::MAX } else { x.to_bits() };
+        let mut all: Vec<u64> = results.iter().flat_map(|r| r.store()).map(bits).collect();
+        all.extend([u64::from(x.below(y)), u64::from(x.at_most(y))]);
+        all
+    }
+
+    #[target_feature(enable = "avx2")]
+    fn top_bits(words: &[u32; 8]) -> u32 {
+        Avx2::top_bits(words)
+    }
+
+    #[target_feature(enable = "avx2")]
+    fn packed(a: [f64; 4], b: [f64; 4]) -> Vec<u64> {
+        all::<Packed>(a, b)
+    }
+
+    #[test]
+    fn vectors_compute_what_plain_code_does() {
+        if !Kernel::best().avx2 {
+            eprintln!("NOT RUN: this processor has no AVX2");
+            return;
+        }
+        let n = NUMBERS.len();
+        for i in 0..n * n {
+            let a = std::array::from_fn(|lane| NUMBERS[(i + lane) % n]);
+            let b = std::array::from_fn(|lane| NUMBERS[(i / n + 5 * lane) % n]);
+            // SAFETY: the processor was found to have AVX2.
+            assert_eq!(unsafe { packed(a, b) }, all::<Plain>(a, b), "{a:?} {b:?}");
+        }
+        for bits in 0..256 {
+            let words = std::array::from_fn(|lane| if bits >> lane & 1 == 1 { u32::MAX } else { 0 });
+            // SAFETY: the processor was found to have AVX2.
+            assert_eq!([unsafe { top_bits(&words) }, Baseline::top_bits(&words)], [bits; 2]);
         }
     }
 }

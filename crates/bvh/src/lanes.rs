@@ -11,9 +11,12 @@ pub(crate) trait Lanes<const N: usize>:
     fn splat(x: f64) -> Self;
     fn load(from: &[f64; N]) -> Self;
     fn store(self) -> [f64; N];
+    fn widen(from: [f32; N]) -> Self;
     fn abs(self) -> Self;
     fn sqrt(self) -> Self;
     fn copysign(self, sign: Self) -> Self;
+    /// 0 where the size is below `limit`.
+    fn zero_below(self, limit: Self) -> Self;
     /// Rounded to `f32`.
     fn narrow(self) -> Self;
     /// The smaller one; `other` if either is NaN.
@@ -24,6 +27,27 @@ pub(crate) trait Lanes<const N: usize>:
     fn below(self, other: Self) -> u32;
     /// `<=`
     fn at_most(self, other: Self) -> u32;
+}
+
+/// A processor's ways to compute several numbers at once.
+pub(crate) trait Machine {
+    /// Four in double precision.
+    type Four: Lanes<4>;
+
+    /// The top bits of eight words.
+    fn top_bits(words: &[u32; 8]) -> u32;
+}
+
+/// Any processor.
+pub(crate) struct Baseline;
+
+impl Machine for Baseline {
+    type Four = Plain;
+
+    #[inline(always)]
+    fn top_bits(words: &[u32; 8]) -> u32 {
+        (0..8).fold(0, |bits, i| bits | (words[i] >> 31) << i)
+    }
 }
 
 impl Lanes<1> for f64 {
@@ -40,6 +64,16 @@ impl Lanes<1> for f64 {
     #[inline(always)]
     fn store(self) -> [f64; 1] {
         [self]
+    }
+
+    #[inline(always)]
+    fn widen([x]: [f32; 1]) -> Self {
+        f64::from(x)
+    }
+
+    #[inline(always)]
+    fn zero_below(self, limit: Self) -> Self {
+        if self.abs() < limit { 0.0 } else { self }
     }
 
     #[inline(always)]
@@ -158,6 +192,16 @@ impl Lanes<4> for Plain {
     #[inline(always)]
     fn store(self) -> [f64; 4] {
         self.0
+    }
+
+    #[inline(always)]
+    fn widen(from: [f32; 4]) -> Self {
+        Self(from.map(f64::from))
+    }
+
+    #[inline(always)]
+    fn zero_below(self, limit: Self) -> Self {
+        self.each(limit, Lanes::zero_below)
     }
 
     #[inline(always)]

@@ -40,7 +40,7 @@
 
 mod builder;
 mod bvh;
-mod flat;
+mod few;
 mod geometry;
 mod kernel;
 mod lanes;

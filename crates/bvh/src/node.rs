@@ -18,6 +18,7 @@
 //! corner: that is taken off in space (see [`BoxRay`]), since a ray along a plane has no distance to it. NaN
 //! (a plane through the origin along the ray, or overflow) never rejects a box.
 
+use crate::lanes::Machine;
 use crate::prepared::PreparedRay;
 use penombre_math::{Bounds3, Vec3};
 
@@ -107,7 +108,7 @@ impl Node {
     /// Tests all boxes. `limit` is the best distance so far in the units of the box ray. With `SPREAD` the
     /// spatial allowance is taken per box, else it is in the ray already.
     #[inline(always)]
-    pub(crate) fn cross<const SPREAD: bool>(&self, ray: &BoxRay, limit: f32) -> Crossing {
+    pub(crate) fn cross<M: Machine, const SPREAD: bool>(&self, ray: &BoxRay, limit: f32) -> Crossing {
         let near: [&[f32; WIDTH]; 3] = std::array::from_fn(|k| &self.planes[ray.near_rows[k]]);
         let far: [&[f32; WIDTH]; 3] = std::array::from_fn(|k| &self.planes[ray.far_rows[k]]);
         let mut entry = [0.0; WIDTH];
@@ -129,10 +130,9 @@ impl Node {
             let enter = larger(t0[0], larger(t0[1], t0[2])) - pad;
             let leave = smaller(t1[0], smaller(t1[1], t1[2])) + pad;
             entry[lane] = larger(enter, ray.t_min);
-            inside[lane] = u32::from(entry[lane] <= smaller(leave, limit)) << lane;
+            inside[lane] = if entry[lane] <= smaller(leave, limit) { u32::MAX } else { 0 };
         }
-        let mask = inside.iter().fold(0, |mask, bit| mask | bit);
-        Crossing { mask: mask & ((1 << self.count) - 1), entry }
+        Crossing { mask: M::top_bits(&inside) & ((1 << self.count) - 1), entry }
     }
 }
 
@@ -194,7 +194,7 @@ impl BoxRay {
             sign,
             aside,
             pad: UNDERFLOW * inverse[2].abs(),
-            t_min: ray.line.t_min * ray.box_scale - f32::MIN_POSITIVE,
+            t_min: ray.t_min * ray.box_scale - f32::MIN_POSITIVE,
             scale: ray.box_scale,
         }
     }

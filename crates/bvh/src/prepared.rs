@@ -1,47 +1,65 @@
 //! A ray made ready for traversal.
 
 use crate::Ray;
-use crate::primitive::{abs_sum, wide};
+use crate::lanes::Lanes;
+use crate::primitive::abs_sum;
 use penombre_math::Vec3;
 
 /// Direction components below this share of the largest count as zero: their products with coordinates could
 /// underflow, which the error bounds of boxes would have to cover.
 const NEGLIGIBLE: f64 = 1.0 / (1u64 << 40) as f64;
 
-/// A checked ray in double precision: all that spheres, parallelograms and disks need.
-pub(crate) struct Line {
-    pub(crate) origin: [f64; 3],
+/// Rays in double precision, one a lane: all that spheres, parallelograms and disks need.
+#[derive(Clone, Copy)]
+pub(crate) struct Line<V = f64> {
+    pub(crate) origin: [V; 3],
     /// Without negligible components.
-    pub(crate) dir: [f64; 3],
-    pub(crate) t_min: f32,
-    pub(crate) t_max: f32,
+    pub(crate) dir: [V; 3],
+    pub(crate) t_min: V,
+    pub(crate) t_max: V,
 }
 
-impl Line {
-    /// `None` if the ray can hit nothing: no direction, an empty range, or something not finite.
+impl<V> Line<V> {
+    /// The lines, and as bits those that may hit anything: not without a direction, with an empty range, or
+    /// with something not finite.
     #[inline(always)]
-    pub(crate) fn new(ray: &Ray) -> Option<Self> {
-        let (origin, dir) = (wide(ray.origin), wide(ray.dir));
+    pub(crate) fn new<const N: usize>(rays: &[Ray; N]) -> (Self, u32)
+    where
+        V: Lanes<N>,
+    {
+        let origin: [V; 3] =
+            [part(rays, |r| r.origin.x), part(rays, |r| r.origin.y), part(rays, |r| r.origin.z)];
+        let dir: [V; 3] = [part(rays, |r| r.dir.x), part(rays, |r| r.dir.y), part(rays, |r| r.dir.z)];
+        let (t_min, t_max): (V, V) = (part(rays, |r| r.t_min), part(rays, |r| r.t_max));
         // Sums of `f32` numbers are finite in `f64` exactly if the numbers are.
-        let finite = abs_sum(origin) + abs_sum(dir) < f64::INFINITY;
+        let finite = (abs_sum(origin) + abs_sum(dir)).below(V::splat(f64::INFINITY));
         let longest = longest(dir);
-        let least = longest * NEGLIGIBLE;
-        let dir = dir.map(|d| if d.abs() < least { 0.0 } else { d });
-        let sane = finite & (longest > 0.0) & (ray.t_min < ray.t_max);
-        sane.then_some(Self { origin, dir, t_min: ray.t_min, t_max: ray.t_max })
+        let sane = finite & V::splat(0.0).below(longest) & t_min.below(t_max);
+        let least = longest * V::splat(NEGLIGIBLE);
+        // No closures on lanes: they would not be compiled for the instruction set chosen.
+        let dir = [dir[0].zero_below(least), dir[1].zero_below(least), dir[2].zero_below(least)];
+        (Self { origin, dir, t_min, t_max }, sane)
     }
 }
 
+/// One number of each ray.
 #[inline(always)]
-fn longest(dir: [f64; 3]) -> f64 {
-    let larger = |a: f64, b: f64| if a > b { a } else { b };
-    larger(larger(dir[0].abs(), dir[1].abs()), dir[2].abs())
+fn part<const N: usize, V: Lanes<N>>(rays: &[Ray; N], number: fn(&Ray) -> f32) -> V {
+    V::widen(std::array::from_fn(|lane| number(&rays[lane])))
+}
+
+/// The largest size of a component.
+#[inline(always)]
+fn longest<const N: usize, V: Lanes<N>>(dir: [V; 3]) -> V {
+    dir[0].abs().larger(dir[1].abs()).larger(dir[2].abs())
 }
 
 /// A checked ray with what triangles and boxes derive from it.
 pub(crate) struct PreparedRay {
     pub(crate) line: Line,
     pub(crate) origin: Vec3,
+    pub(crate) t_min: f32,
+    pub(crate) t_max: f32,
     /// The two minor axes, then the main one (largest direction component).
     pub(crate) axes: [usize; 3],
     /// Minor components divided by the main one (\[Woop2013\]).
@@ -56,7 +74,10 @@ impl PreparedRay {
     /// `None` if the ray can hit nothing: no direction, an empty range, or something not finite.
     #[inline(always)]
     pub(crate) fn new(ray: &Ray) -> Option<Self> {
-        let line = Line::new(ray)?;
+        let (line, sane) = Line::<f64>::new(std::array::from_ref(ray));
+        if sane == 0 {
+            return None;
+        }
         let size = ray.dir.abs();
         let axes = if size.x >= size.y && size.x >= size.z {
             [1, 2, 0]
@@ -71,6 +92,8 @@ impl PreparedRay {
         Some(Self {
             line,
             origin: ray.origin,
+            t_min: ray.t_min,
+            t_max: ray.t_max,
             axes,
             shear: [scaled_dir[axes[0]] / main, scaled_dir[axes[1]] / main],
             scaled_dir,

@@ -1,11 +1,11 @@
 //! The way of a ray through the trees.
 
 use crate::bvh::Tree;
-use crate::lanes::Lanes;
+use crate::lanes::Machine;
 use crate::node::{BoxRay, ChildRef, Crossing, Kind, Node, WIDTH};
 use crate::prepared::PreparedRay;
 use crate::query::{Any, Closest, Query};
-use crate::{Bvh, Hit, Ray};
+use crate::{Bvh, Hit, Ray, few};
 
 /// A subtree still to visit and where the ray enters it.
 #[derive(Clone, Copy)]
@@ -60,49 +60,49 @@ impl Stack {
     }
 }
 
-/// The closest hit of every ray. `V` is the fastest way to compute four numbers.
+/// The closest hit of every ray. `M` is the processor it runs on.
 #[inline(always)]
-pub(crate) fn closest<V: Lanes<4>>(bvh: &Bvh, rays: &[Ray], hits: &mut [Hit]) {
-    if let Some(flat) = &bvh.tree.flat {
-        return flat.closest::<V>(rays, hits);
+pub(crate) fn closest<M: Machine>(bvh: &Bvh, rays: &[Ray], hits: &mut [Hit]) {
+    if bvh.tree.few {
+        return few::closest::<M::Four>(&bvh.tree, rays, hits);
     }
     let mut stack = Stack::new();
     for (ray, hit) in rays.iter().zip(hits) {
         let mut query = Closest::new(ray.t_max);
-        follow(bvh, ray, &mut query, &mut stack);
+        follow::<M, _>(bvh, ray, &mut query, &mut stack);
         *hit = query.hit;
     }
 }
 
 /// Whether each ray hits anything.
 #[inline(always)]
-pub(crate) fn occluded<V: Lanes<4>>(bvh: &Bvh, rays: &[Ray], blocked: &mut [bool]) {
-    if let Some(flat) = &bvh.tree.flat {
-        return flat.occluded::<V>(rays, blocked);
+pub(crate) fn occluded<M: Machine>(bvh: &Bvh, rays: &[Ray], blocked: &mut [bool]) {
+    if bvh.tree.few {
+        return few::occluded::<M::Four>(&bvh.tree, rays, blocked);
     }
     let mut stack = Stack::new();
     for (ray, blocked) in rays.iter().zip(blocked) {
         let mut query = Any { t_max: ray.t_max, found: false };
-        follow(bvh, ray, &mut query, &mut stack);
+        follow::<M, _>(bvh, ray, &mut query, &mut stack);
         *blocked = query.found;
     }
 }
 
 #[inline(always)]
-fn follow<Q: Query>(bvh: &Bvh, ray: &Ray, query: &mut Q, stack: &mut Stack) {
+fn follow<M: Machine, Q: Query>(bvh: &Bvh, ray: &Ray, query: &mut Q, stack: &mut Stack) {
     let Some(ray) = PreparedRay::new(ray) else { return };
     stack.len = 0;
     stack.overflow.clear();
     if bvh.tree.instances.is_empty() {
-        walk::<Q, false>(&bvh.tree, &ray, query, stack, Hit::NO_INSTANCE);
+        walk::<M, Q, false>(&bvh.tree, &ray, query, stack, Hit::NO_INSTANCE);
     } else {
-        walk::<Q, true>(&bvh.tree, &ray, query, stack, Hit::NO_INSTANCE);
+        walk::<M, Q, true>(&bvh.tree, &ray, query, stack, Hit::NO_INSTANCE);
     }
 }
 
 /// Visits one tree; true if the query is content. `TOP` is for trees with instances.
 #[inline(always)]
-fn walk<Q: Query, const TOP: bool>(
+fn walk<M: Machine, Q: Query, const TOP: bool>(
     tree: &Tree,
     ray: &PreparedRay,
     query: &mut Q,
@@ -115,12 +115,12 @@ fn walk<Q: Query, const TOP: bool>(
     loop {
         if current.kind() == Kind::Node {
             let node = &tree.nodes[current.index()];
-            let crossing = node.cross::<TOP>(&boxes, boxes.limit(query.limit()));
+            let crossing = node.cross::<M, TOP>(&boxes, boxes.limit(query.limit()));
             if crossing.mask != 0 {
                 current = spread::<Q>(&crossing, node, stack);
                 continue;
             }
-        } else if visit_leaf::<Q, TOP>(tree, current, ray, query, stack, instance) {
+        } else if visit_leaf::<M, Q, TOP>(tree, current, ray, query, stack, instance) {
             return true;
         }
         loop {
@@ -168,7 +168,7 @@ fn spread<Q: Query>(crossing: &Crossing, node: &Node, stack: &mut Stack) -> Chil
 }
 
 #[inline(always)]
-fn visit_leaf<Q: Query, const TOP: bool>(
+fn visit_leaf<M: Machine, Q: Query, const TOP: bool>(
     tree: &Tree,
     leaf: ChildRef,
     ray: &PreparedRay,
@@ -179,7 +179,7 @@ fn visit_leaf<Q: Query, const TOP: bool>(
     let (meeting, key) = match leaf.kind() {
         Kind::Triangles => {
             let block = &tree.blocks[leaf.index()];
-            let mut open = block.candidates(ray);
+            let mut open = block.candidates::<M>(ray);
             while open != 0 {
                 let lane = open.trailing_zeros() as usize % WIDTH;
                 open &= open - 1;
@@ -193,15 +193,15 @@ fn visit_leaf<Q: Query, const TOP: bool>(
         }
         Kind::Sphere => {
             let sphere = &tree.spheres[leaf.index()];
-            (sphere.meet(&ray.line), sphere.key)
+            (sphere.meet(&ray.line).single(), sphere.key)
         }
         Kind::Quad => {
             let quad = &tree.quads[leaf.index()];
-            (quad.meet(&ray.line), quad.key)
+            (quad.meet(&ray.line).single(), quad.key)
         }
         Kind::Disk => {
             let disk = &tree.disks[leaf.index()];
-            (disk.meet(&ray.line), disk.key)
+            (disk.meet(&ray.line).single(), disk.key)
         }
         Kind::Node | Kind::Instance => {
             if !TOP {
@@ -210,7 +210,7 @@ fn visit_leaf<Q: Query, const TOP: bool>(
             let record = &tree.instances[leaf.index()];
             // No closure: it would not be compiled for the instruction set chosen.
             let Some(local) = record.local_ray(ray) else { return false };
-            return walk_nested(&record.bvh.tree, &local, query, stack, record.index);
+            return walk_nested::<M, Q>(&record.bvh.tree, &local, query, stack, record.index);
         }
     };
     meeting.is_some_and(|meeting| query.offer(meeting, key, instance))
@@ -218,12 +218,12 @@ fn visit_leaf<Q: Query, const TOP: bool>(
 
 /// A call of its own, so that the compiler sees no endless inlining.
 #[inline(always)]
-fn walk_nested<Q: Query>(
+fn walk_nested<M: Machine, Q: Query>(
     tree: &Tree,
     ray: &PreparedRay,
     query: &mut Q,
     stack: &mut Stack,
     instance: u32,
 ) -> bool {
-    walk::<Q, false>(tree, ray, query, stack, instance)
+    walk::<M, Q, false>(tree, ray, query, stack, instance)
 }

@@ -32,7 +32,7 @@ impl Progress {
 
 impl Observer for Progress {
     fn on(&self, event: Event<'_>) -> ControlFlow<()> {
-        if let Event::Progress(statistics) = event
+        if let Event::Progress(statistics, _) = event
             && !self.bar.is_hidden()
         {
             self.bar.set_position(statistics.samples);

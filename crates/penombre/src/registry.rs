@@ -40,24 +40,19 @@ impl Context<'_, '_> {
     }
 }
 
-/// Finds the position of the node's type among `types`, or reports that there is none of that name.
+/// Finds the position of the node's type among `types`, or reports that there is none of that name. A node whose
+/// reader found no type, and said so, has an empty one: nothing is added then.
 pub fn find_type(node: &Node, types: &[TypeInfo], out: &mut Diagnostics) -> Option<usize> {
     let wanted = node.type_name.as_str();
     let found = types.iter().position(|t| t.name == wanted || t.aliases.contains(&wanted));
-    if found.is_none() {
+    let was_told = wanted.is_empty() && out.has_errors();
+    if found.is_none() && !was_told {
         let names: Vec<&str> = types.iter().map(|t| t.name).collect();
         let role = node.role.name();
-        let fault = out.error(
-            "scene::unknown-type",
-            node.type_span,
-            format!("unknown type `{wanted}` of {} `{}`", role, node.name),
-        );
+        let message = format!("unknown type `{wanted}` of {role} `{}`", node.name);
+        let fault = out.error("scene::unknown-type", node.type_span, message);
         fault.label = "not a type of this version".to_owned();
-        let known = format!("types of {role}: {}", names.join(", "));
-        fault.help = match penombre_scene::nearest(wanted, &names) {
-            Some(near) => format!("did you mean `{near}`? {known}"),
-            None => known,
-        };
+        fault.help = penombre_scene::help_for(wanted, &format!("types of {role}"), &names);
     }
     found
 }

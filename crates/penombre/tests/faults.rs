@@ -26,6 +26,7 @@ fn messages(name: &str) -> String {
     for d in loaded.diagnostics.iter() {
         assert!(loaded.sources.locate(d.span).is_some(), "{name}: no place for: {}", d.message);
         assert!(!d.message.is_empty() && !d.message.ends_with('.'), "{name}: {}", d.message);
+        assert!(!d.help.is_empty(), "{name}: no help for: {}", d.message);
     }
     assert!(loaded.diagnostics.count(Severity::Error) > 0, "{name}: no fault was found");
     let text = render_all_plain(&loaded.diagnostics, &loaded.sources);

@@ -8,13 +8,13 @@ use crate::description::{Node, NodeId, Role, SceneDescription, ValueKind};
 use crate::diagnostic::Diagnostics;
 use crate::readers::{Folders, MeshFile, MeshFormat, MeshSource, MeshTexture, read_mesh};
 use crate::span::{Sources, Span};
-use crate::suggest::nearest_file;
-use penombre_image::{ColorSpace, Image, decode};
+use penombre_image::{ColorSpace, Image, ImageErrorKind, decode};
 use std::collections::{BTreeMap, HashMap};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+pub(crate) use paths::UNREADABLE_HELP;
 pub use paths::{PathFault, check_regular, resolve};
 
 /// Most threads that decode images.
@@ -86,8 +86,14 @@ struct MeshEntry {
     users: Vec<NodeId>,
 }
 
-/// A decoded image or why there is none.
-type ImageResult = Result<(Arc<Image>, [u8; 32]), String>;
+/// Why there is no image, and what to do about it.
+struct ImageFault {
+    message: String,
+    help: &'static str,
+}
+
+/// A decoded image with the hash of its file, or why there is none.
+type ImageResult = Result<(Arc<Image>, [u8; 32]), ImageFault>;
 type Images = HashMap<PathBuf, ImageResult>;
 
 struct Loader<'a> {
@@ -119,19 +125,13 @@ impl Loader<'_> {
             Some(path) if !path.as_os_str().is_empty() => path.parent().unwrap_or(Path::new("")).to_owned(),
             _ => self.folders.root.clone(),
         };
-        let fault = match self.folders.resolve(&base, name) {
-            Ok(path) => return Some(path),
-            Err(fault) => fault,
-        };
-        let help = match &fault {
-            PathFault::Missing { path, .. } => match nearest_file(path) {
-                Some(near) => format!("did you mean `{near}`? {}", fault.help()),
-                None => fault.help(),
-            },
-            fault => fault.help(),
-        };
-        self.out.error(fault.code(), span, fault.to_string()).help = help;
-        None
+        match self.folders.resolve(&base, name) {
+            Ok(path) => Some(path),
+            Err(fault) => {
+                self.out.error(fault.code(), span, fault.to_string()).help = fault.help();
+                None
+            }
+        }
     }
 
     /// Reads the mesh files.
@@ -146,25 +146,28 @@ impl Loader<'_> {
                 }
                 continue;
             }
-            let entry = self.mesh(id, &path, span);
+            let entry = self.mesh(id, &name, &path, span);
             index_of.insert(path, entry.is_some().then_some(entries.len()));
             entries.extend(entry);
         }
         entries
     }
 
-    fn mesh(&mut self, id: NodeId, path: &Path, span: Span) -> Option<MeshEntry> {
+    /// Reads a mesh file that the scene calls `said`, perhaps a link to the file.
+    fn mesh(&mut self, id: NodeId, said: &str, path: &Path, span: Span) -> Option<MeshEntry> {
         let name = self.folders.name_of(path);
-        let Some(format) = MeshFormat::of_path(path) else {
+        let Some(format) = MeshFormat::of_path(path).or_else(|| MeshFormat::of_path(Path::new(said))) else {
             let message =
-                format!("`{name}`: meshes of this kind are not read, expected a file in .obj or .off");
-            self.out.error("asset::mesh-format", span, message);
+                format!("`{name}` is no mesh that is read, expected a name that ends in .obj or .off");
+            self.out.error("asset::mesh-format", span, message).help =
+                "write it as Wavefront OBJ or as OFF in the program that made it".to_owned();
             return None;
         };
         let bytes = match std::fs::read(path) {
             Ok(bytes) => bytes,
             Err(e) => {
-                self.out.error("asset::unreadable", span, format!("`{name}` cannot be read: {e}"));
+                self.out.error("asset::unreadable", span, format!("`{name}` cannot be read: {e}")).help =
+                    UNREADABLE_HELP.to_owned();
                 return None;
             }
         };
@@ -196,7 +199,9 @@ impl Loader<'_> {
         for (id, path, span) in nodes {
             match &images[&path] {
                 Ok((image, hash)) => self.place_image(id, image, *hash),
-                Err(message) => _ = self.out.error("asset::image", span, message.clone()),
+                Err(fault) => {
+                    self.out.error("asset::image", span, fault.message.clone()).help = fault.help.to_owned();
+                }
             }
         }
         images
@@ -241,10 +246,10 @@ impl Loader<'_> {
                 }
                 true
             }
-            Err(message) => {
+            Err(fault) => {
                 let span = texture.node.param("file").map_or(Span::NONE, |p| p.value.span);
-                let message = format!("{message}: the plain colour is used");
-                self.out.warning("mtl::image", span, message);
+                let message = format!("{}: the plain colour is used", fault.message);
+                self.out.warning("mtl::image", span, message).help = fault.help.to_owned();
                 for name in ["diffuse", "ambient"] {
                     materials[texture.slot].set(name, texture.plain.clone());
                 }
@@ -279,9 +284,27 @@ fn decode_all(paths: &[PathBuf], folders: &Folders) -> Vec<ImageResult> {
 
 fn decode_one(path: &Path, folders: &Folders) -> ImageResult {
     let name = folders.name_of(path);
-    let bytes = std::fs::read(path).map_err(|e| format!("`{name}` cannot be read: {e}"))?;
-    let decoded = decode(&bytes, Path::new(&name), ColorSpace::Auto).map_err(|e| e.to_string())?;
+    let bytes = std::fs::read(path).map_err(|e| ImageFault {
+        message: format!("`{name}` cannot be read: {e}"),
+        help: UNREADABLE_HELP,
+    })?;
+    let decoded = decode(&bytes, Path::new(&name), ColorSpace::Auto)
+        .map_err(|e| ImageFault { message: e.to_string(), help: image_help(&e.kind) })?;
     Ok((Arc::new(decoded.image), *blake3::hash(&bytes).as_bytes()))
+}
+
+/// What to do about an image that cannot be decoded.
+fn image_help(kind: &ImageErrorKind) -> &'static str {
+    match kind {
+        ImageErrorKind::UnknownContent { .. } => {
+            "what counts is the content and not the name: is this an image in one of these formats?"
+        }
+        ImageErrorKind::Malformed { .. } => "the file is damaged or was cut: save or copy it anew",
+        ImageErrorKind::TooLarge { .. } | ImageErrorKind::OutOfMemory { .. } => {
+            "make the image smaller; if it is not that large, the file is damaged"
+        }
+        _ => "save it as PNG, or as OpenEXR if it has more than 16 bits",
+    }
 }
 
 fn mesh_bytes(file: &MeshFile) -> u64 {

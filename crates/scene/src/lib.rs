@@ -30,4 +30,4 @@ pub use params::{ColorInput, FloatInput, Params};
 pub use readers::{Folders, MeshFile};
 pub use schema::{Kind, ParamDefault, ParamSpec, Range};
 pub use span::{FileId, SourceFile, Sources, Span};
-pub use suggest::nearest;
+pub use suggest::{help_for, nearest};

@@ -4,7 +4,7 @@ mod kind;
 #[cfg(test)]
 mod tests;
 
-use crate::assets::{Assets, PathFault, check_regular};
+use crate::assets::{Assets, PathFault, UNREADABLE_HELP, check_regular};
 use crate::auto;
 use crate::builtin;
 use crate::description::SceneDescription;
@@ -94,16 +94,14 @@ impl Loader {
             self.not_a_file(source, &fault);
             return;
         }
-        self.folders.root = path.parent().unwrap_or(Path::new("")).to_owned();
+        let path = &self.root_at(path);
         let Some(bytes) = self.read(path, source, Span::NONE) else { return };
         match kind::of_file(path, &bytes) {
-            Ok(FileKind { content: Content::Scene, warning }) => {
-                if let Some(warning) = warning {
-                    self.loaded.diagnostics.warning(
-                        "load::no-ending",
-                        Span::NONE,
-                        format!("`{source}` {warning}"),
-                    );
+            Ok(FileKind { content: Content::Scene, guessed }) => {
+                if guessed {
+                    let message = format!("`{source}` is read as a scene, as its content suggests");
+                    self.loaded.diagnostics.warning("load::no-ending", Span::NONE, message).help =
+                        "give it a name that ends in .toml".to_owned();
                 }
                 self.loaded.readable = self.scene(path, source, &bytes, Span::NONE);
             }
@@ -123,11 +121,29 @@ impl Loader {
         }
     }
 
+    /// Makes the file's folder the root. A symbolic link to another folder is followed, for what a file names stands
+    /// beside the file itself and not beside a link to it. Returns the path of the file in its folder.
+    fn root_at(&mut self, given: &Path) -> PathBuf {
+        let folder = |path: &Path| path.parent().unwrap_or(Path::new("")).to_owned();
+        let whole = |folder: &Path| {
+            if folder.as_os_str().is_empty() { Path::new(".") } else { folder }.canonicalize()
+        };
+        let (own, real) = (folder(given), given.canonicalize().unwrap_or_else(|_| given.to_owned()));
+        let is_here = whole(&own).is_ok_and(|own| own == folder(&real));
+        let path = if is_here { given.to_owned() } else { real };
+        self.folders.root = folder(&path);
+        path
+    }
+
     fn not_a_file(&mut self, source: &str, fault: &PathFault) {
         if !matches!(fault, PathFault::Missing { .. }) {
             let message =
                 fault.to_string().replace("expected a file", "expected a scene file or a built-in scene");
-            self.error("load::not-a-file", Span::NONE, message, String::new());
+            let help = match fault {
+                PathFault::Unreadable { .. } => fault.help(),
+                _ => format!("{}; built-in scenes: {}", kind::KNOWN, builtin::NAMES.join(", ")),
+            };
+            self.error("load::not-a-file", Span::NONE, message, help);
             return;
         }
         let path = Path::new(source);
@@ -154,7 +170,8 @@ impl Loader {
         }
         let bytes = if is_mesh { read_head(path) } else { std::fs::read(path) };
         if let Err(e) = &bytes {
-            self.error("load::unreadable", span, format!("`{name}` cannot be read: {e}"), String::new());
+            let message = format!("`{name}` cannot be read: {e}");
+            self.error("load::unreadable", span, message, UNREADABLE_HELP.to_owned());
         }
         bytes.ok()
     }
@@ -177,7 +194,8 @@ impl Loader {
         if self.chain.len() > LONGEST_CHAIN && !scene.includes.is_empty() {
             let message =
                 format!("`{name}` is the end of a chain of {LONGEST_CHAIN} includes, expected a shorter one");
-            self.error("load::include-depth", at, message, String::new());
+            let help = "let one file include all the others".to_owned();
+            self.error("load::include-depth", at, message, help);
         } else {
             for include in &scene.includes {
                 readable &= self.include(path, include);
@@ -203,10 +221,7 @@ impl Loader {
         let path = match self.folders.resolve(base, &include.name) {
             Ok(path) => path,
             Err(fault) => {
-                let near = nearest_file(&base.join(&include.name))
-                    .filter(|_| matches!(fault, PathFault::Missing { .. }));
-                let help = near.map_or_else(|| fault.help(), |near| format!("did you mean `{near}`?"));
-                self.error(fault.code(), include.span, fault.to_string(), help);
+                self.error(fault.code(), include.span, fault.to_string(), fault.help());
                 return false;
             }
         };

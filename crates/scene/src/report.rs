@@ -4,6 +4,7 @@ use crate::diagnostic::{Diagnostic, Diagnostics, Severity};
 use crate::span::{SourceFile, Sources, Span};
 use miette::{LabeledSpan, MietteError, MietteSpanContents, SourceCode, SourceSpan, SpanContents};
 use serde_json::{Value, json};
+use std::borrow::Cow;
 use std::fmt;
 use std::ops::Range;
 
@@ -27,8 +28,10 @@ struct Drawn {
 
 impl Drawn {
     fn new(diagnostic: &Diagnostic, sources: &Sources) -> Self {
-        let source = sources.get(diagnostic.span.file).cloned().map(Excerpt);
-        Self { diagnostic: diagnostic.clone(), source }
+        let source = sources.get(diagnostic.span.file).cloned().map(Excerpt::new);
+        let Diagnostic { message, label, help, .. } = diagnostic;
+        let [message, label, help] = [message, label, help].map(|text| harmless(text).into_owned());
+        Self { diagnostic: Diagnostic { message, label, help, ..diagnostic.clone() }, source }
     }
 }
 
@@ -76,6 +79,20 @@ impl miette::Diagnostic for Drawn {
 struct Excerpt(SourceFile);
 
 impl Excerpt {
+    fn new(mut file: SourceFile) -> Self {
+        // Of one length with what they stand for, so that places stay.
+        let shown = |c: char| match c {
+            '\n' | '\r' | '\t' => c,
+            c if c.is_ascii_control() => '?',
+            c if c.is_control() => '·',
+            c => c,
+        };
+        if file.text.chars().any(|c| shown(c) != c) {
+            file.text = file.text.chars().map(shown).collect::<String>().into();
+        }
+        Self(file)
+    }
+
     fn text(&self) -> &str {
         &self.0.text
     }
@@ -139,6 +156,14 @@ impl SourceCode for Excerpt {
     }
 }
 
+/// A text that does a terminal no harm: names in scenes may hold anything.
+fn harmless(text: &str) -> Cow<'_, str> {
+    if !text.contains(char::is_control) {
+        return text.into();
+    }
+    text.chars().map(|c| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c }).collect()
+}
+
 /// The last character boundary at or before `at`.
 fn floor_boundary(text: &str, at: usize) -> usize {
     text.floor_char_boundary(at.min(text.len()))
@@ -152,12 +177,12 @@ fn floor_boundary(text: &str, at: usize) -> usize {
 ///   help: …
 /// ```
 pub fn render_plain(diagnostic: &Diagnostic, sources: &Sources) -> String {
-    let mut text = format!("{}: {}\n", diagnostic.severity.name(), diagnostic.message);
+    let mut text = format!("{}: {}\n", diagnostic.severity.name(), harmless(&diagnostic.message));
     if let Some(at) = sources.locate(diagnostic.span) {
-        text.push_str(&format!("  --> {}:{}:{}\n", at.name, at.line, at.column));
+        text.push_str(&format!("  --> {}:{}:{}\n", harmless(at.name), at.line, at.column));
     }
     if !diagnostic.help.is_empty() {
-        text.push_str(&format!("  help: {}\n", diagnostic.help));
+        text.push_str(&format!("  help: {}\n", harmless(&diagnostic.help)));
     }
     text
 }
@@ -266,6 +291,22 @@ mod tests {
             assert!(text.contains("oops"), "{text}");
             assert!(text.len() < 2000, "{} bytes", text.len());
         }
+    }
+
+    #[test]
+    fn no_control_character_reaches_a_terminal() {
+        let (sources, file) = sources("# \u{1b}[2J\u{9b}x\nbad\u{7}", 1);
+        let mut fault = fault(file, 10, 3);
+        fault.message.push_str("\u{1b}[31m\n");
+        fault.help.push('\u{9b}');
+        let plain = render_plain(&fault, &sources);
+        assert_eq!(
+            plain,
+            "error: it is wrong\u{fffd}[31m\u{fffd}\n  --> a.toml:2:1\n  help: mend it\u{fffd}\n"
+        );
+        let text = drawn(&fault, &sources);
+        assert!(text.contains("bad?") && text.contains("# ?[2J·x"), "{text}");
+        assert!(!text.contains(|c: char| c.is_control() && c != '\n'), "{text:?}");
     }
 
     #[test]

@@ -185,7 +185,10 @@ impl Setter<'_> {
                 let help = "write integrator.NAME.PARAMETER=VALUE, for example integrator.classic.phase=2";
                 self.fault(0, "the path does not say which integrator".to_owned(), help.to_owned());
             }
-            _ if names.is_empty() => self.fault(0, format!("the scene has no {role_word}"), String::new()),
+            _ if names.is_empty() => {
+                let help = format!("add [{role_word}.NAME] to the scene file first");
+                self.fault(0, format!("the scene has no {role_word}"), help);
+            }
             [_, name, _, ..] => {
                 let help = help_for(&name.word, &all, names);
                 self.fault(1, format!("there is no {role_word} `{}`", name.word), help);
@@ -231,12 +234,13 @@ impl Setter<'_> {
     fn assign_type(&mut self, target: Target, value: Value) {
         let node = self.scene.node_mut(target.node);
         match value.kind {
-            ValueKind::String(name) if target.param + 1 == self.path.len() => {
+            ValueKind::String(name) if target.param + 1 == self.path.len() && !name.is_empty() => {
                 (node.type_name, node.type_span) = (name, value.span);
             }
             _ => {
                 let message = format!("`type` of `{}` must be the name of a type", node.path());
-                self.out.error("set::type", value.span, message);
+                let help = format!("write {}.type=NAME, for example shape.ball.type=sphere", node.path());
+                self.out.error("set::type", value.span, message).help = help;
             }
         }
     }

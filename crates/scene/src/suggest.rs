@@ -47,10 +47,14 @@ pub fn nearest_file(path: &Path) -> Option<String> {
     nearest(wanted, &names).map(str::to_owned)
 }
 
-/// At most 24 names, separated by commas, and how many more there are.
+/// At most 24 names, each cut after 64 characters, separated by commas, and how many more there are.
 fn listed(names: &[&str]) -> String {
     const MOST: usize = 24;
-    let mut text = names.iter().take(MOST).copied().collect::<Vec<_>>().join(", ");
+    let short = |name: &&str| match name.char_indices().nth(LONGEST) {
+        Some((end, _)) => format!("{}…", &name[..end]),
+        None => (*name).to_owned(),
+    };
+    let mut text = names.iter().take(MOST).map(short).collect::<Vec<_>>().join(", ");
     if names.len() > MOST {
         text.push_str(&format!(" and {} more", names.len() - MOST));
     }
@@ -81,5 +85,6 @@ mod tests {
         let many: Vec<String> = (0..30).map(|i| format!("long-name-{i}")).collect();
         let many: Vec<&str> = many.iter().map(String::as_str).collect();
         assert!(help_for("x", "names", &many).ends_with("long-name-23 and 6 more"));
+        assert_eq!(help_for("x", "names", &[&"é".repeat(65)]), format!("names: {}…", "é".repeat(64)));
     }
 }

@@ -16,6 +16,7 @@
 //! integrator is its name; `render` and instances have none. Dotted keys, inline tables and headers mean the same.
 
 mod read;
+mod syntax;
 #[cfg(test)]
 mod tests;
 mod values;

@@ -1,14 +1,16 @@
 //! Disks.
 
-use super::{Key, Meeting, difference, dot, rounded_out, scaled, sum, wide};
+use super::{Key, Meetings, difference, dot, rounded_out, scaled, splat, sum, wide};
+use crate::lanes::Lanes;
 use crate::{Disk, prepared::Line};
-use penombre_math::{Bounds3, Vec3};
+use penombre_math::Bounds3;
 
 /// A disk that can be hit.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct DiskRecord {
-    center: Vec3,
-    radius: f32,
+    center: [f64; 3],
+    /// Of the radius; exact.
+    square: f64,
     /// Unit length.
     normal: [f64; 3],
     pub(crate) key: Key,
@@ -25,8 +27,8 @@ impl DiskRecord {
             && disk.radius > 0.0
             && disk.radius.is_finite();
         usable.then(|| Self {
-            center: disk.center,
-            radius: disk.radius,
+            center: wide(disk.center),
+            square: f64::from(disk.radius) * f64::from(disk.radius),
             normal: scaled(normal, 1.0 / length),
             key,
         })
@@ -45,12 +47,13 @@ impl DiskRecord {
     }
 
     #[inline(always)]
-    pub(crate) fn meet(&self, line: &Line) -> Option<Meeting> {
-        let from_center = difference(line.origin, wide(self.center));
-        let distance = -dot(self.normal, from_center) / dot(self.normal, line.dir);
-        let t = line.in_range(distance)?;
+    pub(crate) fn meet<const N: usize, V: Lanes<N>>(&self, line: &Line<V>) -> Meetings<N> {
+        let normal = splat(self.normal);
+        let from_center = difference(line.origin, splat(self.center));
+        let distance = -dot(normal, from_center) / dot(normal, line.dir);
+        let t = distance.narrow();
         let place = sum(from_center, scaled(line.dir, distance));
-        let radius = f64::from(self.radius);
-        (dot(place, place) <= radius * radius).then_some(Meeting { t, u: 0.0, v: 0.0 })
+        let inside = dot(place, place).at_most(V::splat(self.square));
+        Meetings::of(line.holds(t) & inside, t.store())
     }
 }

@@ -8,12 +8,12 @@ mod triangle;
 
 pub(crate) use disk::DiskRecord;
 pub(crate) use instance::InstanceRecord;
-pub(crate) use quad::{QuadRecord, Quads};
-pub(crate) use sphere::{SphereRecord, Spheres};
+pub(crate) use quad::QuadRecord;
+pub(crate) use sphere::SphereRecord;
 pub(crate) use triangle::{BLOCK, TriangleBlock, has_area};
 
 use crate::lanes::Lanes;
-use crate::prepared::Line;
+use crate::prepared::{Line, PreparedRay};
 use penombre_math::{Bounds3, Vec3};
 use std::ops::{Add, Mul, Sub};
 
@@ -32,32 +32,50 @@ pub(crate) struct Meeting {
     pub(crate) v: f32,
 }
 
-impl Line {
+impl PreparedRay {
     /// Rounds a distance; `Some` if it lies in the ray's range, which NaN does not.
     #[inline(always)]
     fn in_range(&self, t: f64) -> Option<f32> {
         let t = t as f32;
         (t > self.t_min && t < self.t_max).then_some(t)
     }
+}
 
-    /// The distances in the ray's range, as bits.
+impl<V> Line<V> {
+    /// The distances that lie in the rays' ranges, as bits.
     #[inline(always)]
-    fn holds<const N: usize, V: Lanes<N>>(&self, t: V) -> u32 {
-        V::splat(f64::from(self.t_min)).below(t) & t.below(V::splat(f64::from(self.t_max)))
+    fn holds<const N: usize>(&self, t: V) -> u32
+    where
+        V: Lanes<N>,
+    {
+        self.t_min.below(t) & t.below(self.t_max)
     }
 }
 
-/// Hits of one ray with `N` primitives tested at once.
+/// Hits of `N` rays with one primitive.
 pub(crate) struct Meetings<const N: usize> {
-    /// The primitives that were hit, as bits; the numbers of others mean nothing.
+    /// The rays that hit, as bits; the numbers of others mean nothing.
     pub(crate) open: u32,
     t: [f64; N],
     u: [f64; N],
     v: [f64; N],
 }
 
+impl Meetings<1> {
+    #[inline(always)]
+    pub(crate) fn single(&self) -> Option<Meeting> {
+        (self.open != 0).then(|| self.at(0))
+    }
+}
+
 impl<const N: usize> Meetings<N> {
     const NONE: Self = Self { open: 0, t: [0.0; N], u: [0.0; N], v: [0.0; N] };
+
+    /// Hits without coordinates.
+    #[inline(always)]
+    fn of(open: u32, t: [f64; N]) -> Self {
+        Self { open, t, ..Self::NONE }
+    }
 
     #[inline(always)]
     pub(crate) fn at(&self, lane: usize) -> Meeting {
@@ -71,18 +89,13 @@ trait Number: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = Self
 impl<V: Copy + Add<Output = V> + Sub<Output = V> + Mul<Output = V>> Number for V {}
 
 #[inline(always)]
-pub(crate) fn wide(v: Vec3) -> [f64; 3] {
+fn wide(v: Vec3) -> [f64; 3] {
     [f64::from(v.x), f64::from(v.y), f64::from(v.z)]
 }
 
 #[inline(always)]
 fn splat<const N: usize, V: Lanes<N>>(v: [f64; 3]) -> [V; 3] {
     [V::splat(v[0]), V::splat(v[1]), V::splat(v[2])]
-}
-
-#[inline(always)]
-fn load<const N: usize, V: Lanes<N>>(rows: &[[f64; N]; 3]) -> [V; 3] {
-    [V::load(&rows[0]), V::load(&rows[1]), V::load(&rows[2])]
 }
 
 #[inline(always)]

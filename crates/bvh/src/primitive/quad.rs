@@ -3,9 +3,7 @@
 //! Walls of a room are given by corners and sides rounded to `f32`, so even parallelograms meant to share an
 //! edge leave gaps of an ulp. Edges are therefore extended by two ulps of the largest corner coordinate.
 
-use super::{
-    Key, Meeting, Meetings, abs_sum, cross, difference, dot, load, rounded_out, scaled, splat, sum, wide,
-};
+use super::{Key, Meetings, abs_sum, cross, difference, dot, rounded_out, scaled, splat, sum, wide};
 use crate::lanes::Lanes;
 use crate::{Quad, prepared::Line};
 use penombre_math::Bounds3;
@@ -19,70 +17,17 @@ const EXTENSION: f64 = 1.0 / (1u64 << 22) as f64;
 /// Rounding grows as the ray comes closer to the plane; beyond this factor (0.014°) it is not followed.
 const STEEPEST: f64 = 4096.0;
 
-/// `N` parallelograms, one a lane, tested together: their planes and the dual vectors that yield `u` and `v`.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Quads<const N: usize> {
-    /// Rows x, y, z.
-    origin: [[f64; N]; 3],
-    /// Unit length.
-    normal: [[f64; N]; 3],
-    dual: [[[f64; N]; 3]; 2],
-    /// Tolerance of `u` and `v` at the origin of the ray …
-    slack: [f64; N],
-    /// … and what each unit of distance adds.
-    slack_growth: [f64; N],
-}
-
-impl<const N: usize> Quads<N> {
-    /// Parallelograms that no ray hits: without a normal, the distance to their planes is not a number.
-    pub(crate) const NONE: Self = Self {
-        origin: [[0.0; N]; 3],
-        normal: [[0.0; N]; 3],
-        dual: [[[0.0; N]; 3]; 2],
-        slack: [0.0; N],
-        slack_growth: [0.0; N],
-    };
-
-    pub(crate) fn set(&mut self, lane: usize, quad: &QuadRecord) {
-        let from = &quad.lanes;
-        for axis in 0..3 {
-            self.origin[axis][lane] = from.origin[axis][0];
-            self.normal[axis][lane] = from.normal[axis][0];
-            self.dual[0][axis][lane] = from.dual[0][axis][0];
-            self.dual[1][axis][lane] = from.dual[1][axis][0];
-        }
-        self.slack[lane] = from.slack[0];
-        self.slack_growth[lane] = from.slack_growth[0];
-    }
-
-    /// Planes first, then `u` and `v`. The tolerances make neighbours overlap by their rounding errors, so
-    /// that nothing leaks between them.
-    #[inline(always)]
-    pub(crate) fn meet<V: Lanes<N>>(&self, line: &Line) -> Meetings<N> {
-        let normal = load(&self.normal);
-        let from_origin: [V; 3] = difference(splat(line.origin), load(&self.origin));
-        let per_height = V::splat(1.0) / dot(normal, splat(line.dir));
-        let distance = -dot(normal, from_origin) * per_height;
-        let t = distance.narrow();
-        let ahead = line.holds(t);
-        if ahead == 0 {
-            return Meetings::NONE;
-        }
-        let place = sum(from_origin, scaled(splat(line.dir), distance));
-        let (u, v) = (dot(load(&self.dual[0]), place), dot(load(&self.dual[1]), place));
-        let slope = (V::splat(abs_sum(line.dir)) * per_height.abs()).smaller(V::splat(STEEPEST));
-        let slack = V::load(&self.slack) + V::load(&self.slack_growth) * abs_sum(from_origin) * slope;
-        let (least, most) = (-slack, V::splat(1.0) + slack);
-        let inside = least.at_most(u) & u.at_most(most) & least.at_most(v) & v.at_most(most);
-        let unit = |x: V| x.store().map(|x| x.clamp(0.0, 1.0));
-        Meetings { open: ahead & inside, t: t.store(), u: unit(u), v: unit(v) }
-    }
-}
-
-/// A parallelogram that can be hit.
+/// A parallelogram that can be hit, with the plane and the two dual vectors that yield `u` and `v`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct QuadRecord {
-    lanes: Quads<1>,
+    origin: [f64; 3],
+    /// Unit length.
+    normal: [f64; 3],
+    dual: [[f64; 3]; 2],
+    /// Tolerance of `u` and `v` at the origin of the ray …
+    slack: f64,
+    /// … and what each unit of distance adds.
+    slack_growth: f64,
     /// Largest length of a side times that of a dual vector (sums of components): 1 to 3, more if the sides
     /// lean.
     condition: f64,
@@ -108,20 +53,20 @@ impl QuadRecord {
         let steepest = abs_sum(dual[0]).max(abs_sum(dual[1]));
         let size = abs_sum(sides[0]).max(abs_sum(sides[1]));
         let far = corners(quad).iter().flatten().fold(0f64, |far, x| far.max(x.abs()));
-        let lane = |v: [f64; 3]| v.map(|x| [x]);
-        let lanes = Quads {
-            origin: lane(wide(quad.origin)),
-            normal: lane(scaled(normal, 1.0 / square.sqrt())),
-            dual: dual.map(lane),
-            slack: [steepest * (EXTENSION * far + ROUNDING * size)],
-            slack_growth: [ROUNDING * steepest],
-        };
-        Some(Self { lanes, condition: steepest * size, key })
+        Some(Self {
+            origin: wide(quad.origin),
+            condition: steepest * size,
+            normal: scaled(normal, 1.0 / square.sqrt()),
+            dual,
+            slack: steepest * (EXTENSION * far + ROUNDING * size),
+            slack_growth: ROUNDING * steepest,
+            key,
+        })
     }
 
     /// The box, `None` for a parallelogram that cannot be hit.
     pub(crate) fn bounds(quad: &Quad) -> Option<Bounds3> {
-        let [slack] = Self::new(quad, Key { geometry: 0, prim: 0 })?.lanes.slack;
+        let slack = Self::new(quad, Key { geometry: 0, prim: 0 })?.slack;
         let sides = quad.sides.map(wide);
         let corners = corners(quad);
         let pad: [f64; 3] = std::array::from_fn(|axis| slack * (sides[0][axis].abs() + sides[1][axis].abs()));
@@ -139,9 +84,31 @@ impl QuadRecord {
         32.0 * ROUNDING * STEEPEST * self.condition.max(1.0)
     }
 
+    /// Plane first, then `u` and `v`. The tolerances make neighbours overlap by their rounding errors, so
+    /// that nothing leaks between them.
     #[inline(always)]
-    pub(crate) fn meet(&self, line: &Line) -> Option<Meeting> {
-        let meetings = self.lanes.meet::<f64>(line);
-        (meetings.open != 0).then(|| meetings.at(0))
+    pub(crate) fn meet<const N: usize, V: Lanes<N>>(&self, line: &Line<V>) -> Meetings<N> {
+        let normal = splat(self.normal);
+        let from_origin = difference(line.origin, splat(self.origin));
+        let per_height = V::splat(1.0) / dot(normal, line.dir);
+        let distance = -dot(normal, from_origin) * per_height;
+        let t = distance.narrow();
+        let ahead = line.holds(t);
+        if ahead == 0 {
+            return Meetings::NONE;
+        }
+        let place = sum(from_origin, scaled(line.dir, distance));
+        let (u, v) = (dot(splat(self.dual[0]), place), dot(splat(self.dual[1]), place));
+        let slope = (abs_sum(line.dir) * per_height.abs()).smaller(V::splat(STEEPEST));
+        let slack = V::splat(self.slack) + V::splat(self.slack_growth) * abs_sum(from_origin) * slope;
+        let (least, most) = (-slack, V::splat(1.0) + slack);
+        let inside = least.at_most(u) & u.at_most(most) & least.at_most(v) & v.at_most(most);
+        Meetings { open: ahead & inside, t: t.store(), u: unit(u).store(), v: unit(v).store() }
     }
+}
+
+/// Clamped to \[0, 1\].
+#[inline(always)]
+fn unit<const N: usize, V: Lanes<N>>(x: V) -> V {
+    V::splat(1.0).smaller(V::splat(0.0).larger(x))
 }

@@ -8,6 +8,7 @@
 //! not of another point of an edge-on triangle.
 
 use super::{Key, Meeting, cross, difference, wide};
+use crate::lanes::Machine;
 use crate::prepared::PreparedRay;
 use penombre_math::Vec3;
 
@@ -67,7 +68,7 @@ impl TriangleBlock {
 
     /// The triangles that the signs of the `f32` edge functions do not exclude, as bits.
     #[inline(always)]
-    pub(crate) fn candidates(&self, ray: &PreparedRay) -> u32 {
+    pub(crate) fn candidates<M: Machine>(&self, ray: &PreparedRay) -> u32 {
         // Rows first and one loop, so that the compiler works on whole rows.
         let [a, b, c]: [[&Lanes; 3]; 3] =
             self.vertices.each_ref().map(|rows| ray.axes.map(|axis| &rows[axis]));
@@ -88,10 +89,9 @@ impl TriangleBlock {
             let most = if w > most { w } else { most };
             // Both are true signs if they are numbers; NaN leaves the triangle open.
             let excluded = (least < 0.0) & (most > 0.0);
-            open[lane] = u32::from(!excluded) << lane;
+            open[lane] = if excluded { 0 } else { u32::MAX };
         }
-        let mask = open.iter().fold(0, |mask, bit| mask | bit);
-        mask & ((1 << self.count) - 1)
+        M::top_bits(&open) & ((1 << self.count) - 1)
     }
 
     /// The exact test of one triangle.
@@ -117,7 +117,7 @@ impl TriangleBlock {
         if determinant == 0.0 || determinant.is_nan() {
             return None;
         }
-        let t = ray.line.in_range((u * a[2] + v * b[2] + w * c[2]) / (determinant * ray.line.dir[kz]))?;
+        let t = ray.in_range((u * a[2] + v * b[2] + w * c[2]) / (determinant * ray.line.dir[kz]))?;
         Some(Meeting { t, u: (v / determinant) as f32, v: (w / determinant) as f32 })
     }
 }

@@ -3,6 +3,7 @@
 use super::{Hit, Ray, build, exhaustive, scenes};
 use crate::{BuildOptions, Bvh};
 use penombre_lab::Pcg32;
+use penombre_math::Vec3;
 
 const RAYS: usize = 12_000;
 
@@ -32,10 +33,39 @@ fn tree_equals_exhaustive_search() {
         assert!(found > RAYS / 50 && found < RAYS, "{}: {found} hits test nothing", scene.name);
         check(scene.name, &bvh, &rays, &truth);
         check(scene.name, &bvh.portable(), &rays, &truth);
+        check(scene.name, &bvh.through_nodes(), &rays, &truth);
         let mut options = BuildOptions::default();
         (options.bins, options.max_leaf) = (5, 1);
         let other = Bvh::build(scene.geometries, &options).expect("valid");
         check(scene.name, &other, &rays, &truth);
+    }
+}
+
+/// Rooms and heaps of a few simple primitives, some of them twice, for rays of which some are bad.
+#[test]
+fn few_primitives_equal_exhaustive_search() {
+    let mut rng = Pcg32::new(16);
+    for i in 0..60 {
+        let scene = scenes::few(&mut rng, i % 17);
+        let bvh = build(scene.geometries);
+        assert!(bvh.tree.few, "{i}: this tests the way without a tree");
+        // No multiple of the rays tested at once, so that some are left over.
+        let mut rays: Vec<Ray> =
+            (0..1003).map(|_| scenes::ray(&mut rng, &bvh.bounds(), &scene.points)).collect();
+        for ray in rays.iter_mut().step_by(7) {
+            match rng.below(4) {
+                0 => ray.dir = Vec3::ZERO,
+                1 => ray.origin.y = f32::NAN,
+                2 => ray.t_max = ray.t_min,
+                _ => ray.dir.x = f32::INFINITY,
+            }
+        }
+        let truth: Vec<Hit> = rays.iter().map(|ray| exhaustive(&bvh, ray)).collect();
+        let found = truth.iter().filter(|h| h.is_hit()).count();
+        assert!(i % 17 == 0 || found > 50, "{i}: {found} hits test nothing");
+        check(scene.name, &bvh, &rays, &truth);
+        check(scene.name, &bvh.portable(), &rays, &truth);
+        check(scene.name, &bvh.through_nodes(), &rays, &truth);
     }
 }
 

@@ -223,3 +223,34 @@ pub fn ray(rng: &mut Pcg32, bounds: &Bounds3, points: &[Vec3]) -> Ray {
     };
     Ray::new(origin, dir, t_min, t_max)
 }
+
+/// `count` spheres, parallelograms and disks. Every fourth one lies where the one before does.
+pub fn few(rng: &mut Pcg32, count: usize) -> Scene {
+    let (mut spheres, mut quads, mut disks) = (Vec::new(), Vec::new(), Vec::new());
+    let mut points = vec![Vec3::ZERO];
+    let mut kind = 0;
+    for i in 0..count {
+        let center = in_cube(rng) * 2.0;
+        points.push(center);
+        if i % 4 != 3 || i == 0 {
+            kind = rng.below(3);
+        }
+        let twice = i % 4 == 3;
+        match kind {
+            0 => {
+                let new = Sphere { center, radius: 0.2 + rng.next_f32() };
+                spheres.push(if twice { spheres[spheres.len() - 1] } else { new });
+            }
+            1 => {
+                let new = Quad { origin: center, sides: [direction(rng), direction(rng) * 2.0] };
+                quads.push(if twice { quads[quads.len() - 1] } else { new });
+            }
+            _ => {
+                let new = Disk { center, normal: direction(rng), radius: 0.2 + rng.next_f32() };
+                disks.push(if twice { disks[disks.len() - 1] } else { new });
+            }
+        }
+    }
+    let geometries = vec![Geometry::Disks(disks), Geometry::Spheres(spheres), Geometry::Quads(quads)];
+    Scene { name: "few", geometries, points }
+}

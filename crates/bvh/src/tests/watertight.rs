@@ -97,7 +97,7 @@ fn room(corner: Vec3, sides: [Vec3; 3], batches: usize) {
     }
     let bvh = build(vec![Geometry::Quads(quads)]);
     let mut rng = Pcg32::new(4);
-    let ray = || {
+    let mut ray = || {
         let mut at = || [0.0, 1.0, rng.next_f32(), 0.5][rng.below(4) as usize];
         let aim = corner + sides[0] * at() + sides[1] * at() + sides[2] * at();
         let mut inner = || 0.1 + 0.8 * rng.next_f32();
@@ -105,7 +105,8 @@ fn room(corner: Vec3, sides: [Vec3; 3], batches: usize) {
         let dir = if aim == origin { Vec3::X } else { aim - origin };
         Ray::new(origin, dir, 0.0, f32::INFINITY)
     };
-    assert_eq!(leaks(&bvh, batches, ray), 0, "{corner}");
+    assert_eq!(leaks(&bvh, batches, &mut ray), 0, "{corner}");
+    assert_eq!(leaks(&bvh.through_nodes(), batches / 4, &mut ray), 0, "{corner}, through nodes");
 }
 
 #[test]

@@ -2,7 +2,7 @@
 //!
 //! A sample adds to the one pixel that it was drawn for (box filter). Samples are summed in double precision, in
 //! order within chunks of [`SAMPLE_CHUNK`] samples, and the chunks of a pixel are added in order: the sums are the
-//! same whoever computed which chunk when.
+//! same whoever computed which chunk when, and whether a chunk came whole or sample by sample.
 
 use penombre_image::Image;
 use penombre_math::Spectrum;
@@ -68,7 +68,10 @@ impl PixelSum {
 pub struct Film {
     width: u32,
     height: u32,
+    /// Sums of whole chunks.
     sums: Vec<PixelSum>,
+    /// Sums of the chunk that is not complete yet.
+    open: Vec<PixelSum>,
     tiles: Vec<TileState>,
 }
 
@@ -94,42 +97,54 @@ impl Film {
     pub fn new(width: u32, height: u32, tiles: usize) -> Self {
         let mut states = Vec::new();
         states.resize_with(tiles, TileState::default);
-        Self {
-            width,
-            height,
-            sums: vec![PixelSum::default(); width as usize * height as usize],
-            tiles: states,
-        }
+        let empty = vec![PixelSum::default(); width as usize * height as usize];
+        Self { width, height, sums: empty.clone(), open: empty, tiles: states }
     }
 
-    /// Adds the sums of one chunk of one tile: of the samples `first_sample` up to `first_sample + count`. Chunks
-    /// that come before an earlier one of the same tile are kept until that has come; repeated ones are left out.
+    /// Adds the sums of one tile of the samples `first_sample` up to `first_sample + count`: a chunk (or what the job
+    /// has of it), or a single sample. Sums that come before earlier ones of the same tile are kept until those have
+    /// come; repeated ones are left out.
     pub fn merge(&mut self, index: usize, tile: Tile, first_sample: u32, count: u32, sums: Vec<PixelSum>) {
         let state = &mut self.tiles[index];
         if first_sample >= state.next_sample {
             state.early.insert(first_sample, (tile, count, sums));
         }
         while let Some((tile, sums)) = self.tiles[index].take_next() {
-            self.fold(tile, &sums);
+            let closed = self.tiles[index].next_sample.is_multiple_of(SAMPLE_CHUNK);
+            self.fold(tile, &sums, closed);
         }
     }
 
-    fn fold(&mut self, tile: Tile, sums: &[PixelSum]) {
+    fn fold(&mut self, tile: Tile, sums: &[PixelSum], closed: bool) {
         for ([x, y], sum) in tile.iter().zip(sums) {
-            self.sums[y as usize * self.width as usize + x as usize].add_sum(sum);
+            let pixel = y as usize * self.width as usize + x as usize;
+            self.open[pixel].add_sum(sum);
+            if closed {
+                let chunk = std::mem::take(&mut self.open[pixel]);
+                self.sums[pixel].add_sum(&chunk);
+            }
         }
+    }
+
+    /// The sums of all samples of each pixel.
+    fn totals(&self) -> impl Iterator<Item = PixelSum> {
+        self.sums.iter().zip(&self.open).map(|(sum, open)| {
+            let mut total = *sum;
+            total.add_sum(open);
+            total
+        })
     }
 
     /// Samples in the film.
     pub fn samples(&self) -> u64 {
-        self.sums.iter().map(|s| u64::from(s.count)).sum()
+        self.totals().map(|s| u64::from(s.count)).sum()
     }
 
     /// The image so far: the mean of each pixel's samples, black where there are none.
     pub fn develop(&self) -> Image {
         let mean =
-            |s: &PixelSum| s.rgb.map(|v| if s.count == 0 { 0.0 } else { (v / f64::from(s.count)) as f32 });
-        let data = self.sums.iter().flat_map(mean).collect();
+            |s: PixelSum| s.rgb.map(|v| if s.count == 0 { 0.0 } else { (v / f64::from(s.count)) as f32 });
+        let data = self.totals().flat_map(mean).collect();
         Image::from_data(self.width, self.height, 3, data).expect("three values per pixel")
     }
 }

@@ -103,7 +103,7 @@ impl<I: Integrator> Wavefront<'_, I> {
             if active.len() > MOST_PATHS && active[0].sample != active[active.len() - 1].sample {
                 return self.run_halves(samples, active, sink, stop);
             }
-            self.round(samples, &active, &mut next, sink);
+            self.round(samples, &active, &mut next, sink, stop);
             std::mem::swap(&mut active, &mut next);
             next.clear();
         }
@@ -131,6 +131,7 @@ impl<I: Integrator> Wavefront<'_, I> {
         active: &[Active<I::Path>],
         next: &mut Vec<Active<I::Path>>,
         sink: &mut Sink<'_>,
+        stop: &dyn Fn() -> bool,
     ) {
         self.rays.clear();
         self.rays.extend(active.iter().map(|a| a.ray));
@@ -157,6 +158,9 @@ impl<I: Integrator> Wavefront<'_, I> {
             self.integrator.step(self.scene, &a.path, at.as_ref(), sampler, &mut step);
             if self.shadow_rays.len() >= SHADOW_BATCH {
                 self.gather(sink);
+                if stop() {
+                    return;
+                }
             }
         }
         self.gather(sink);

@@ -58,4 +58,8 @@ impl Material for Diffuse {
             kind: Specular::None,
         }
     }
+
+    fn is_textured(&self) -> bool {
+        self.color.is_texture() || self.ambient.is_texture()
+    }
 }

@@ -48,4 +48,8 @@ impl Material for Glass {
     fn phong_view(&self, shade: &Shade<'_>) -> PhongView {
         self.phong.view(shade, Specular::Glass(self.ior))
     }
+
+    fn is_textured(&self) -> bool {
+        self.phong.is_textured()
+    }
 }

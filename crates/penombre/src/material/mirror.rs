@@ -32,4 +32,8 @@ impl Material for Mirror {
     fn phong_view(&self, shade: &Shade<'_>) -> PhongView {
         self.phong.view(shade, Specular::Mirror)
     }
+
+    fn is_textured(&self) -> bool {
+        self.phong.is_textured()
+    }
 }

@@ -59,6 +59,9 @@ pub trait Material: Send + Sync + Sized {
 
     /// The material in Phong's terms at a point: textures are read here, once per hit.
     fn phong_view(&self, shade: &Shade<'_>) -> PhongView;
+
+    /// True if [`Material::phong_view`] depends on the surface coordinates.
+    fn is_textured(&self) -> bool;
 }
 
 /// Declares the materials: the module, then the type. One line is all that a new material needs besides its file.
@@ -73,6 +76,11 @@ macro_rules! materials {
             /// The material in Phong's terms at a point.
             pub fn phong_view(&self, shade: &Shade<'_>) -> PhongView {
                 match self { $(Self::$type(m) => m.phong_view(shade)),+ }
+            }
+
+            /// True if that depends on the surface coordinates.
+            pub fn is_textured(&self) -> bool {
+                match self { $(Self::$type(m) => m.is_textured()),+ }
             }
         }
     };

@@ -57,4 +57,8 @@ impl Material for Phong {
     fn phong_view(&self, shade: &Shade<'_>) -> PhongView {
         self.view(shade, Specular::None)
     }
+
+    fn is_textured(&self) -> bool {
+        [self.ambient, self.diffuse, self.specular].into_iter().any(ColorSource::is_texture)
+    }
 }

@@ -34,6 +34,9 @@ pub struct Job {
     pub pixel_jitter: bool,
     /// Edge of the tiles, pixels.
     pub tile: u32,
+    /// True: units hold one sample of each pixel, for pictures that refine sample by sample; false: a whole chunk,
+    /// which is faster. The bits are the same.
+    pub progressive: bool,
 }
 
 /// The smallest piece of a job that is computed at a time: some samples of all pixels of a tile.
@@ -43,9 +46,9 @@ pub struct WorkUnit {
     pub tile_index: usize,
     /// Its pixels.
     pub tile: Tile,
-    /// First sample of each pixel; a multiple of [`SAMPLE_CHUNK`].
+    /// First sample of each pixel.
     pub first_sample: u32,
-    /// Number of samples of each pixel.
+    /// Number of samples of each pixel: one, or up to the next multiple of [`SAMPLE_CHUNK`].
     pub count: u32,
 }
 
@@ -60,9 +63,14 @@ impl Job {
         self.columns() * self.size[1].div_ceil(self.tile) as usize
     }
 
+    /// Samples per pixel in a full work unit.
+    fn step(&self) -> u32 {
+        if self.progressive { 1 } else { SAMPLE_CHUNK }
+    }
+
     /// Number of work units.
     pub fn units(&self) -> usize {
-        self.tiles() * self.spp.div_ceil(SAMPLE_CHUNK) as usize
+        self.tiles() * self.spp.div_ceil(self.step()) as usize
     }
 
     /// Number of samples of the whole image.
@@ -70,11 +78,16 @@ impl Job {
         u64::from(self.size[0]) * u64::from(self.size[1]) * u64::from(self.spp)
     }
 
-    /// Work unit `index` of the fixed order: all tiles row by row for the first chunk of samples, then for the
+    /// The place of a unit in the fixed order.
+    pub(crate) fn index_of(&self, unit: &WorkUnit) -> usize {
+        (unit.first_sample / self.step()) as usize * self.tiles() + unit.tile_index
+    }
+
+    /// Work unit `index` of the fixed order: all tiles row by row for the first samples, then for the
     /// next.
     pub fn unit(&self, index: usize) -> WorkUnit {
-        let (chunk, tile_index) = (index / self.tiles(), index % self.tiles());
-        let first_sample = chunk as u32 * SAMPLE_CHUNK;
+        let (pass, tile_index) = (index / self.tiles(), index % self.tiles());
+        let first_sample = pass as u32 * self.step();
         let (column, row) = (tile_index % self.columns(), tile_index / self.columns());
         let (x0, y0) = (column as u32 * self.tile, row as u32 * self.tile);
         let tile = Tile {
@@ -83,7 +96,7 @@ impl Job {
             x1: (x0.saturating_add(self.tile)).min(self.size[0]),
             y1: (y0.saturating_add(self.tile)).min(self.size[1]),
         };
-        WorkUnit { tile_index, tile, first_sample, count: SAMPLE_CHUNK.min(self.spp - first_sample) }
+        WorkUnit { tile_index, tile, first_sample, count: self.step().min(self.spp - first_sample) }
     }
 }
 

@@ -42,6 +42,7 @@ impl Plan {
             camera: settings.camera,
             pixel_jitter: settings.pixel_jitter,
             tile: DEFAULT_TILE,
+            progressive: false,
         };
         (!out.has_errors()).then_some(Self { scene, integrator, job })
     }

@@ -17,8 +17,8 @@ const MOST_NAMED: usize = 16;
 /// What happens while a job runs.
 #[derive(Clone, Copy, Debug)]
 pub enum Event<'a> {
-    /// A unit was merged.
-    Progress(&'a Statistics),
+    /// A unit was merged: the figures and the film so far.
+    Progress(&'a Statistics, &'a Film),
     /// Asked between pieces of work, many times a second on every thread.
     Tick,
 }
@@ -103,7 +103,7 @@ impl Render {
                 let (film, statistics, done) = &mut *guard;
                 done[*index] = true;
                 merge(film, statistics, result);
-                if observer.on(Event::Progress(statistics)).is_break() {
+                if observer.on(Event::Progress(statistics, film)).is_break() {
                     stopped.store(true, Ordering::Relaxed);
                 }
             }
@@ -122,8 +122,7 @@ impl Render {
 
     /// Adds the result of a unit that was computed elsewhere.
     pub fn merge(&mut self, result: UnitResult) {
-        let chunk = (result.unit.first_sample / crate::film::SAMPLE_CHUNK) as usize;
-        let index = chunk * self.job.tiles() + result.unit.tile_index;
+        let index = self.job.index_of(&result.unit);
         if !self.done[index] {
             self.done[index] = true;
             merge(&mut self.film, &mut self.statistics, result);

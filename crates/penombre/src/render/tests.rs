@@ -15,8 +15,12 @@ impl Observer for Quiet {
 }
 
 fn digest(threads: usize, tile: u32) -> String {
+    digest_of(threads, tile, false)
+}
+
+fn digest_of(threads: usize, tile: u32, progressive: bool) -> String {
     let mut plan = plan(&small("cornell", 40, 20));
-    plan.job.tile = tile;
+    (plan.job.tile, plan.job.progressive) = (tile, progressive);
     let mut render = Render::new(plan);
     assert_eq!(render.run(threads, &Quiet), Outcome::Finished);
     render.image().digest()
@@ -28,6 +32,11 @@ fn threads_and_tiles_change_no_bit() {
     for (threads, tile) in [(2, 16), (3, 8), (7, 17), (1, 32), (2, 4096), (2, 1)] {
         assert_eq!(digest(threads, tile), expected, "{threads} threads, tiles of {tile}");
     }
+}
+
+#[test]
+fn sample_by_sample_gives_the_same_bits() {
+    assert_eq!(digest_of(2, 16, true), digest(1, 16));
 }
 
 #[test]
@@ -69,7 +78,7 @@ struct StopAfter(AtomicUsize);
 
 impl Observer for StopAfter {
     fn on(&self, event: Event<'_>) -> ControlFlow<()> {
-        if matches!(event, Event::Progress(_)) {
+        if matches!(event, Event::Progress(..)) {
             self.0.fetch_sub(1, Ordering::Relaxed);
         }
         if self.0.load(Ordering::Relaxed) == 0 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }

@@ -1,6 +1,7 @@
 //! The immutable scene: everything built, nothing that can fail any more.
 
 mod build;
+mod preview;
 mod summary;
 mod surface;
 
@@ -12,6 +13,7 @@ use crate::texture::{AnyTexture, TexturePoint};
 use penombre_bvh::{Bvh, Hit, Ray};
 use penombre_math::{Bounds3, Transform};
 
+pub use preview::Placement;
 pub use summary::{Count, Summary};
 pub use surface::{Departure, SurfacePoint};
 

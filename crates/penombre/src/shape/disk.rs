@@ -13,13 +13,16 @@
 //! ```
 
 use super::common::{MATERIAL, TRANSFORM, place, rounded, too_far, uniform_scale};
-use super::{Shape, ShapePoint};
+use super::{Shape, ShapePoint, Tessellation};
 use crate::registry::Context;
 use penombre_bvh::{Geometry, Hit, Ray};
 use penombre_math::{Bounds3, DAffine3, Frame, Spectrum, Vec2, Vec3, float};
 use penombre_scene::params::Params;
 use penombre_scene::{Kind, ParamDefault, ParamSpec, Range};
 use std::f32::consts::TAU;
+
+/// Edges of the polygon that stands for the circle in previews.
+const SEGMENTS: u32 = 128;
 
 /// A disk in world space, or in the space before [`Shape::remainder`].
 #[derive(Clone, Debug, PartialEq)]
@@ -92,6 +95,14 @@ impl Shape for Disk {
             color: Spectrum::WHITE,
             slot: 0,
         }
+    }
+
+    fn tessellate(&self) -> Tessellation {
+        Tessellation::grid(SEGMENTS, 1, |uv| {
+            let (s, c) = float::sin_cos(uv.x * TAU);
+            let local = Vec3::new(c, s, 0.0) * (self.radius * uv.y);
+            (self.center + self.frame.to_world(local), self.frame.z)
+        })
     }
 
     fn remainder(&self) -> Option<DAffine3> {

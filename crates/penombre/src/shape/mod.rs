@@ -4,12 +4,15 @@
 //! bound, normals, coordinates, colour.
 
 mod common;
+mod tessellation;
 
 use crate::registry::{Context, registry};
 use penombre_bvh::{Geometry, Hit, Ray};
 use penombre_math::{Bounds3, DAffine3, Spectrum, Vec2, Vec3};
 use penombre_scene::ParamSpec;
 use penombre_scene::params::Params;
+
+pub use tessellation::Tessellation;
 
 /// What a shape knows of a hit, in the space of its geometry.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -56,6 +59,9 @@ pub trait Shape: Send + Sync + Sized {
         None
     }
 
+    /// Triangles that look like it, in the geometry's space, for raster previews.
+    fn tessellate(&self) -> Tessellation;
+
     /// A box around it, in the geometry's space.
     fn bounds(&self) -> Bounds3;
 
@@ -87,6 +93,11 @@ macro_rules! shapes {
             /// The part of the transform that the shape could not take into itself.
             pub fn remainder(&self) -> Option<DAffine3> {
                 match self { $(Self::$type(s) => s.remainder()),+ }
+            }
+
+            /// Triangles that look like it, in the geometry's space, for raster previews.
+            pub fn tessellate(&self) -> Tessellation {
+                match self { $(Self::$type(s) => s.tessellate()),+ }
             }
 
             /// A box around it, in the geometry's space.

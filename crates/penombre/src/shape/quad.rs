@@ -12,7 +12,7 @@
 //! ```
 
 use super::common::{MATERIAL, TRANSFORM, place, rounded, too_far};
-use super::{Shape, ShapePoint};
+use super::{Shape, ShapePoint, Tessellation};
 use crate::registry::Context;
 use penombre_bvh::{Geometry, Hit, Ray};
 use penombre_math::{Bounds3, Spectrum, Vec2, Vec3};
@@ -66,6 +66,12 @@ impl Shape for Quad {
             color: Spectrum::WHITE,
             slot: 0,
         }
+    }
+
+    fn tessellate(&self) -> Tessellation {
+        Tessellation::grid(1, 1, |uv| {
+            (self.origin + self.sides[0] * uv.x + self.sides[1] * uv.y, self.normal)
+        })
     }
 
     fn bounds(&self) -> Bounds3 {

@@ -12,13 +12,16 @@
 //! ```
 
 use super::common::{MATERIAL, TRANSFORM, place, rounded, uniform_scale};
-use super::{Shape, ShapePoint};
+use super::{Shape, ShapePoint, Tessellation};
 use crate::registry::Context;
 use penombre_bvh::{Geometry, Hit, Ray};
 use penombre_math::{Bounds3, DAffine3, DVec3, Spectrum, Vec2, Vec3, float};
 use penombre_scene::params::Params;
 use penombre_scene::{Kind, ParamDefault, ParamSpec, Range};
-use std::f32::consts::{FRAC_1_PI, TAU};
+use std::f32::consts::{FRAC_1_PI, PI, TAU};
+
+/// Edges of the equator in previews: a sphere of 1000 pixels is off by less than a third of a pixel.
+const SEGMENTS: u32 = 128;
 
 /// A sphere in world space, or in the space before [`Shape::remainder`].
 #[derive(Clone, Debug, PartialEq)]
@@ -83,6 +86,18 @@ impl Shape for Sphere {
             color: Spectrum::WHITE,
             slot: 0,
         }
+    }
+
+    fn tessellate(&self) -> Tessellation {
+        Tessellation::grid(SEGMENTS, SEGMENTS / 2, |uv| {
+            let (s, c) = float::sin_cos(uv.x * TAU);
+            let (z, across) = float::sin_cos((uv.y - 0.5) * PI);
+            let object = Vec3::new(c * across, s * across, z);
+            let turn =
+                |map: &DAffine3| map.inverse().transform_vector3(object.as_dvec3()).normalize().as_vec3();
+            let n = self.to_object.as_ref().map_or(object, turn);
+            (self.center + n * self.radius, n)
+        })
     }
 
     fn remainder(&self) -> Option<DAffine3> {

@@ -23,6 +23,11 @@ impl ColorSource {
         }
     }
 
+    /// True if it may vary over a surface.
+    pub fn is_texture(self) -> bool {
+        matches!(self, Self::Texture(_))
+    }
+
     /// The colour at a point.
     pub fn color(self, at: &TexturePoint, textures: &[AnyTexture]) -> Spectrum {
         match self {

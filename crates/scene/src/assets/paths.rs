@@ -3,15 +3,14 @@
 //! Only files below the folder of the scene file, or below a folder that `--asset-root` names. A scene from a
 //! stranger cannot make the program read anything else.
 
+use crate::suggest::nearest_file;
 use std::path::{Component, Path, PathBuf};
 
 /// Why a file is not read.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PathFault {
     /// It lies, perhaps by way of a symbolic link, outside the allowed folders, or is named by an absolute path.
-    #[error(
-        "`{name}` lies outside the scene's folder and is not read: allow its folder with `--asset-root DIR`"
-    )]
+    #[error("`{name}` lies outside the scene's folder and is not read")]
     Outside {
         /// The name as the scene says it.
         name: String,
@@ -19,9 +18,7 @@ pub enum PathFault {
         folder: Option<PathBuf>,
     },
     /// It is an address and not a file.
-    #[error(
-        "`{name}` is an address and not a file below the scene's folder: copy the file there or to a folder named by `--asset-root DIR`"
-    )]
+    #[error("`{name}` is an address, expected a file below the scene's folder")]
     Address {
         /// The name as the scene says it.
         name: String,
@@ -77,17 +74,36 @@ impl PathFault {
         matches!(self, Self::Outside { .. } | Self::Address { .. })
     }
 
-    /// What to do about it; empty if there is nothing to say.
+    /// What to do about it; never empty.
     pub fn help(&self) -> String {
-        match self {
+        let text = match self {
             Self::Outside { folder: Some(folder), .. } => {
-                format!("if you trust the scene: `--asset-root {}`", folder.display())
+                let folder = folder.display();
+                return format!("copy it there or, if you trust the scene, add `--asset-root {folder}`");
             }
-            Self::Missing { path, .. } => format!("looked for {}", path.display()),
-            _ => String::new(),
-        }
+            Self::Outside { folder: None, .. } => {
+                "copy it there, or to a folder that `--asset-root DIR` allows"
+            }
+            Self::Address { .. } => {
+                "nothing is fetched: save the file there, or in a folder that `--asset-root DIR` allows"
+            }
+            Self::Missing { path, .. } => {
+                let near =
+                    nearest_file(path).map_or_else(String::new, |near| format!("did you mean `{near}`? "));
+                return format!("{near}looked for {}", path.display());
+            }
+            Self::NotAFile { .. } => "give the name of a file: devices, pipes and whole folders are not read",
+            Self::Invalid { .. } => {
+                "give a name such as \"meshes/bunny.off\", relative to the file that says it"
+            }
+            Self::Unreadable { .. } => UNREADABLE_HELP,
+        };
+        text.to_owned()
     }
 }
+
+/// What to do where the system does not let a file be read.
+pub const UNREADABLE_HELP: &str = "check that you may read the file and its folder";
 
 /// Finds the file that a scene names.
 ///
@@ -120,7 +136,11 @@ pub fn resolve(
     }
     let real = path.canonicalize().map_err(|e| match e.kind() {
         std::io::ErrorKind::NotFound | std::io::ErrorKind::NotADirectory => {
-            PathFault::Missing { name: shown.clone(), path: path.clone() }
+            // The folder may be a link that leads out: what is there is not told.
+            match path.ancestors().skip(1).find_map(|folder| folder.canonicalize().ok()) {
+                Some(folder) if !allowed(&folder) => outside(&path),
+                _ => PathFault::Missing { name: shown.clone(), path: path.clone() },
+            }
         }
         _ => PathFault::Unreadable { name: shown.clone(), reason: e.to_string() },
     })?;

@@ -15,8 +15,8 @@ pub enum Content {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FileKind {
     pub content: Content,
-    /// What was guessed, to follow the file's name.
-    pub warning: Option<&'static str>,
+    /// True if only the content tells, and not the name.
+    pub guessed: bool,
 }
 
 /// A file that cannot be read: words to follow its name, and a hint.
@@ -27,11 +27,13 @@ pub struct Unreadable {
 }
 
 /// The formats that are read.
-const KNOWN: &str = "scenes are read from .toml, meshes from .obj and .off";
+pub const KNOWN: &str = "scenes are read from .toml, meshes from .obj and .off";
 
 /// First bytes that tell what a file is.
-const MAGIC: [(&[u8], &str); 14] = [
+const MAGIC: [(&[u8], &str); 16] = [
     (b"\x1f\x8b", "compressed with gzip"),
+    (b"x\x9c", "compressed with zlib"),
+    (b"x\xda", "compressed with zlib"),
     (b"PK\x03\x04", "a zip archive"),
     (b"\xfd7zXZ\0", "compressed with xz"),
     (b"\x28\xb5\x2f\xfd", "compressed with zstd"),
@@ -83,7 +85,7 @@ pub fn of_file(path: &Path, bytes: &[u8]) -> Result<FileKind, Unreadable> {
     if let Some(what) = scene.or(by_name) {
         return Err(unreadable(format!("is {what}, which is not read by this version"), KNOWN));
     }
-    let kind = |content| Ok(FileKind { content, warning: None });
+    let kind = |content| Ok(FileKind { content, guessed: false });
     match ending.as_str() {
         "obj" | "off" => kind(Content::Mesh),
         _ if bytes.iter().all(u8::is_ascii_whitespace) => {
@@ -102,8 +104,7 @@ fn guess(bytes: &[u8]) -> Result<FileKind, Unreadable> {
     let is_version =
         |l: &str| l.strip_prefix("penombre").is_some_and(|rest| rest.trim_start().starts_with('='));
     if is_version(first) || lines.any(is_version) {
-        let warning = Some("is read as a scene, as its content suggests; give it a name that ends in .toml");
-        return Ok(FileKind { content: Content::Scene, warning });
+        return Ok(FileKind { content: Content::Scene, guessed: true });
     }
     let words: Vec<&str> = first.split_whitespace().collect();
     let looks_like = |what: &str, ending: &str| {

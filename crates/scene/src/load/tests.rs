@@ -101,6 +101,7 @@ fn missing_and_forbidden_includes() {
         "there is no file `materials.toml`\n  --> main.toml:2:12\n  help: did you mean `material.toml`?"
     ));
     assert!(text.contains("`../x.toml` lies outside"), "{text}");
+    assert!(text.contains("looked for materials.toml"), "{text}");
     assert!(text.contains("--asset-root"), "{text}");
     assert!(text.contains("`mesh.obj` is a mesh, expected a scene file\n  --> main.toml:2:43"), "{text}");
     assert!(text.contains("  --> broken.toml:1:"), "{text}");
@@ -141,6 +142,7 @@ fn other_kinds_of_files_are_called_by_their_name() {
     ]);
     for (name, bytes) in [
         ("z.obj", &b"\x1f\x8b\x08"[..]),
+        ("zlib.obj", b"x\x9c\xcb"),
         ("p.toml", b"\x89PNG\r\n"),
         ("u.toml", b"\xff\xfea\0"),
         ("g", b"glTF\x02"),
@@ -160,6 +162,7 @@ fn other_kinds_of_files_are_called_by_their_name() {
     assert!(
         message("z.obj").contains("is compressed with gzip") && message("z.obj").contains("unpack it first")
     );
+    assert!(message("zlib.obj").contains("is compressed with zlib"));
     assert!(message("p.toml").contains("is a PNG image"));
     assert!(message("u.toml").contains("is a text in UTF-16") && message("u.toml").contains("UTF-8"));
     assert!(message("g").contains("is a binary glTF scene, which is not read by this version"));
@@ -197,7 +200,62 @@ fn sets_are_applied_in_order_and_their_faults_are_told_once() {
     let spp =
         loaded.description.node(loaded.description.find(Role::Render, "").unwrap()).param("spp").unwrap();
     assert_eq!(spp.value.kind, ValueKind::Int(2));
-    assert_eq!(faults(&loaded, &dir), "error: the scene has no camera\n  --> --set argument:1:1\n");
+    assert_eq!(
+        faults(&loaded, &dir),
+        "error: the scene has no camera\n  --> --set argument:1:1\n  help: add [camera.NAME] to the scene file first\n"
+    );
+}
+
+/// `links/` beside `files/` with a mesh, its library, and a scene with a part and the mesh.
+#[cfg(unix)]
+fn linked() -> TempDir {
+    let scene = "penombre = 1\ninclude = [\"part.toml\"]\n[shape.m]\ntype = \"mesh\"\nfile = \"tri.obj\"\n";
+    let mesh = "mtllib tri.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\n";
+    let dir = folder(&[
+        ("files/tri.obj", mesh),
+        ("files/tri.mtl", "newmtl a\nKd 1 0 0\n"),
+        ("files/blob", mesh),
+        ("files/scene.toml", scene),
+        ("files/part.toml", RED),
+        // What stands beside the links is not meant.
+        ("links/tri.mtl", "newmtl a\nKd bad\n"),
+        ("links/part.toml", "bad"),
+    ]);
+    let link = |to: &str, name: &str| std::os::unix::fs::symlink(to, dir.path().join(name)).unwrap();
+    link("../files/tri.obj", "links/mesh.obj");
+    link("../files/scene.toml", "links/box.toml");
+    link("../files/blob", "links/blob.obj");
+    link("blob", "files/blob.obj");
+    dir
+}
+
+#[cfg(unix)]
+#[test]
+fn links_are_followed_to_the_files_folder_and_keep_their_name() {
+    let dir = linked();
+    let mesh = load_in(&dir, "links/mesh.obj", &[]);
+    assert_eq!(faults(&mesh, &dir), "");
+    assert_eq!((mesh.name.as_str(), mesh.bare_mesh), ("mesh", true));
+    assert_eq!(mesh.assets.content_hashes().count(), 1);
+    let red = mesh.description.of_role(Role::Material).find(|(_, n)| n.name.ends_with("/a")).unwrap();
+    assert_eq!(red.1.param("diffuse").unwrap().value, [1.0, 0.0, 0.0].into());
+    let scene = load_in(&dir, "links/box.toml", &[]);
+    assert_eq!(faults(&scene, &dir), "");
+    assert_eq!(scene.name, "box");
+    assert!(scene.description.find(Role::Material, "red").is_some());
+    assert_eq!(scene.assets.content_hashes().count(), 1);
+    let place = scene.description.of_role(Role::Shape).next().unwrap().1.span;
+    assert!(scene.sources.locate(place).unwrap().name.ends_with("links/box.toml"));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_link_in_the_files_own_folder_tells_the_format() {
+    let dir = linked();
+    let mesh = load_in(&dir, "files/blob.obj", &[]);
+    assert_eq!(faults(&mesh, &dir), "");
+    assert_eq!(mesh.name, "blob");
+    assert_eq!(mesh.assets.content_hashes().count(), 1);
 }
 
 #[test]

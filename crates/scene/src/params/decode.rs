@@ -34,8 +34,10 @@ fn unknown_keys(node: &Node, schema: &[ParamSpec], out: &mut Diagnostics) {
             Role::Instance => "instances have".to_owned(),
             role => format!("{}s of type {} have", role.name(), node.type_name),
         };
-        out.error("scene::unknown-parameter", param.name_span, message).help =
-            help_for(&param.name, &what, &names);
+        out.error("scene::unknown-parameter", param.name_span, message).help = match names[..] {
+            [] => format!("{what} no parameters"),
+            _ => help_for(&param.name, &what, &names),
+        };
     }
 }
 
@@ -156,7 +158,7 @@ impl Decoder<'_> {
     /// Reports that the value is of a kind that the parameter does not take.
     pub fn wrong_type<T>(&mut self, kind: &Kind, value: &Value) -> Option<T> {
         let expected = expected(kind, self.spec.unit);
-        let help = without_quotes(value).unwrap_or_else(|| how_to_write(kind).to_owned());
+        let help = without_quotes(value).unwrap_or_else(|| how_to_write(kind));
         self.fault("scene::wrong-type", value, &expected).help(help);
         None
     }
@@ -258,7 +260,8 @@ impl Decoder<'_> {
             let zero = a == Vec3::ZERO || b == Vec3::ZERO;
             let what = if zero { "have a zero vector" } else { "are parallel" };
             let message = format!("the vectors of {} {what}, expected two that span an area", self.place());
-            self.report("scene::parallel-sides", value.span, message);
+            let help = "these are the two edges that leave one corner, for example [[1, 0, 0], [0, 1, 0]]";
+            self.report("scene::parallel-sides", value.span, message).help(help);
             return None;
         }
         Some([a, b])

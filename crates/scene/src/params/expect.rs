@@ -103,20 +103,24 @@ pub fn expected(kind: &Kind, unit: &str) -> String {
 }
 
 /// How to write a value of that kind; empty where [`expected`] says it all.
-pub fn how_to_write(kind: &Kind) -> &'static str {
-    match kind {
+pub fn how_to_write(kind: &Kind) -> String {
+    let text = match kind {
         Kind::Color(_) | Kind::ColorTexture(_) | Kind::ColorList => COLOR_HELP,
         Kind::Transform => TRANSFORM_HELP,
         Kind::Transforms => "write [[{ translate = [1, 0, 0] }], [{ scale = 2 }, { translate = [2, 0, 0] }]]",
+        Kind::Reference(role) => {
+            return format!("define it as [{}.NAME] and give its name here", role.name());
+        }
         _ => "",
-    }
+    };
+    text.to_owned()
 }
 
 /// What a parameter means, with its unit and default: "`fov` (degrees, default 45): field of view from …". For
 /// transforms how to write them.
 pub fn documentation(spec: &ParamSpec) -> String {
     if matches!(spec.kind, Kind::Transform | Kind::Transforms) {
-        return how_to_write(&spec.kind).to_owned();
+        return how_to_write(&spec.kind);
     }
     let default = default_text(&spec.default).map(|text| format!("default {text}"));
     let unit = Some(spec.unit.to_owned()).filter(|unit| !unit.is_empty());

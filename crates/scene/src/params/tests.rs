@@ -4,24 +4,35 @@ use crate::schema::{Kind, ParamDefault, Range};
 use penombre_math::{DVec3, color::srgb_decode_u8};
 
 const SCHEMA: &[ParamSpec] = &[
-    ParamSpec::with_default("on", Kind::Bool, ParamDefault::Bool(true), ""),
-    ParamSpec::with_default("count", Kind::Int(Range::closed(1.0, 100.0)), ParamDefault::Int(7), ""),
-    ParamSpec::with_default("radius", Kind::Float(Range::POSITIVE), ParamDefault::Float(2.0), "").unit("m"),
-    ParamSpec::with_default("far", Kind::Float(Range::POSITIVE.or_infinite()), ParamDefault::Float(9.0), ""),
-    ParamSpec::with_default("scale", Kind::Vec2(Range::ANY), ParamDefault::Vec2([8.0, 4.0]), ""),
+    ParamSpec::with_default("on", Kind::Bool, ParamDefault::Bool(true), "Switch."),
+    ParamSpec::with_default("count", Kind::Int(Range::closed(1.0, 100.0)), ParamDefault::Int(7), "How many."),
+    ParamSpec::with_default("radius", Kind::Float(Range::POSITIVE), ParamDefault::Float(2.0), "The radius.")
+        .unit("m"),
+    ParamSpec::with_default(
+        "far",
+        Kind::Float(Range::POSITIVE.or_infinite()),
+        ParamDefault::Float(9.0),
+        "OFF is far.",
+    ),
+    ParamSpec::with_default("scale", Kind::Vec2(Range::ANY), ParamDefault::Vec2([8.0, 4.0]), "Scale."),
     ParamSpec::with_default(
         "size",
         Kind::Int2(Range::closed(1.0, 1e6)),
         ParamDefault::Vec2([48.0, 32.0]),
-        "",
+        "Width and height.",
     ),
-    ParamSpec::optional("target", Kind::Vec3, ""),
-    ParamSpec::with_default("up", Kind::Direction, ParamDefault::Vec3([0.0, 1.0, 0.0]), ""),
+    ParamSpec::optional("target", Kind::Vec3, "What is looked at."),
+    ParamSpec::with_default("up", Kind::Direction, ParamDefault::Vec3([0.0, 1.0, 0.0]), "Up."),
     ParamSpec::optional("sides", Kind::Sides, ""),
-    ParamSpec::with_default("tint", Kind::Color(Range::UNIT), ParamDefault::Color([0.5; 3]), ""),
-    ParamSpec::with_default("diffuse", Kind::ColorTexture(Range::UNIT), ParamDefault::Color([0.25; 3]), ""),
-    ParamSpec::with_default("rough", Kind::FloatTexture(Range::UNIT), ParamDefault::Float(0.125), ""),
-    ParamSpec::with_default("wrap", Kind::Choice(&["repeat", "clamp"]), ParamDefault::Text("repeat"), ""),
+    ParamSpec::with_default("tint", Kind::Color(Range::UNIT), ParamDefault::Color([0.5; 3]), "Tint."),
+    ParamSpec::with_default(
+        "diffuse",
+        Kind::ColorTexture(Range::UNIT),
+        ParamDefault::Color([0.25; 3]),
+        "Paint.",
+    ),
+    ParamSpec::with_default("rough", Kind::FloatTexture(Range::UNIT), ParamDefault::Float(0.125), "Rough."),
+    ParamSpec::with_default("wrap", Kind::Choice(&["repeat", "clamp"]), ParamDefault::Text("repeat"), "How."),
     ParamSpec::optional("note", Kind::Text, ""),
     ParamSpec::optional("file", Kind::File, ""),
     ParamSpec::optional("material", Kind::Reference(Role::Material), ""),
@@ -58,6 +69,7 @@ fn good(entries: Vec<(&str, Value)>) -> Params {
 fn fault(name: &str, value: impl Into<Value>, words: &[&str]) -> Params {
     let (params, faults) = decode(vec![(name, value.into())]);
     assert_eq!(faults.len(), 1, "{faults:?}");
+    assert!(!faults[0].ends_with("| "), "no help: {faults:?}");
     for word in words {
         assert!(faults[0].contains(word), "{:?} has no {word:?}", faults[0]);
     }
@@ -134,6 +146,9 @@ fn all_faults_of_a_node_are_reported() {
 #[test]
 fn wrong_types_say_what_was_found_and_expected() {
     fault("on", 1, &["scene::wrong-type", "`on` of `shape.it` is 1, expected true or false"]);
+    fault("on", "false", &["is the text \"false\"", "| write false without quotes"]);
+    fault("radius", "-1e3", &["| write -1e3 without quotes"]);
+    fault("size", vec![Value::from(1), "2".into()], &["`size[1]`", "| write 2 without quotes"]);
     fault("count", 3.0, &["is 3.0, expected a whole number from 1 to 100", "write 3"]);
     fault("count", 3.5, &["is 3.5, expected a whole number"]);
     let p = fault("radius", "one", &["is the text \"one\", expected a number greater than 0 m"]);
@@ -152,6 +167,24 @@ fn wrong_types_say_what_was_found_and_expected() {
     fault("faces", vec![Value::from([0, 1, -1])], &["`faces[0][2]`", "is -1"]);
     fault("note", vec![Value::from(1); 3], &["a list with 3 entries"]);
     fault("on", "x".repeat(500), &["xxx…"]);
+}
+
+#[test]
+fn the_help_tells_what_a_parameter_means() {
+    fault("on", 1, &["| `on` (default true): switch"]);
+    fault("count", 0, &["| `count` (default 7): how many"]);
+    fault("radius", -1, &["| `radius` (m, default 2): the radius"]);
+    fault("far", -1, &["| `far` (default 9): OFF is far"]);
+    fault("size", 1, &["| `size` (default [48, 32]): width and height"]);
+    fault("target", 1, &["| `target`: what is looked at"]);
+    fault("up", [0, 0, 0], &["| `up` (default [0, 1, 0]): up"]);
+    fault("tint", -0.5, &["| `tint` (default [0.5, 0.5, 0.5]): tint"]);
+    fault("wrap", 1, &["| `wrap` (default \"repeat\"): how"]);
+    let angle = table([("rotate", [0, 1, 0].into()), ("angle", true.into())]);
+    fault("transform", vec![angle], &["`transform[0].angle`", "| write [{ scale = 2 }, "]);
+    let mut out = Diagnostics::default();
+    Params::decode(&Node::new(Role::Material, "mirror", "m").with("x", 1), &[], &scene(), &mut out);
+    assert_eq!(out.iter().next().unwrap().help, "materials of type mirror have no parameters");
 }
 
 #[test]

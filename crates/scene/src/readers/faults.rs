@@ -1,7 +1,7 @@
 //! Faults of text formats: their place is an excerpt of the file, cut from it only when there is a fault.
 
-use super::lexer::{Token, line_end};
-use crate::diagnostic::{Diagnostic, Diagnostics};
+use super::lexer::{Number, Token, line_end};
+use crate::diagnostic::{Diagnostic, Diagnostics, Severity};
 use crate::span::{Sources, Span};
 use std::collections::HashSet;
 use std::path::Path;
@@ -54,25 +54,15 @@ impl<'a> Faults<'a> {
         code: &'static str,
         at: Token<'_>,
         message: impl Into<String>,
-    ) -> &mut Diagnostic {
-        self.errors += 1;
+        help: impl Into<String>,
+    ) {
         let span = self.span(at.at, at.text.len());
-        if self.errors == MOST_ERRORS {
+        if self.errors + 1 == MOST_ERRORS {
             let stop = format!("{}: reading stops after {MOST_ERRORS} errors", self.name);
-            self.out.advice("reader::too-many-errors", span, stop);
+            let help = "mend the first of them: others often follow from it";
+            self.at_span(Severity::Advice, "reader::too-many-errors", span, stop, help);
         }
-        self.out.error(code, span, message)
-    }
-
-    /// An error at a place that was registered before.
-    pub fn error_at(&mut self, code: &'static str, span: Span, message: String) -> &mut Diagnostic {
-        self.errors += 1;
-        self.out.error(code, span, message)
-    }
-
-    /// A warning at a place that was registered before.
-    pub fn warning_at(&mut self, code: &'static str, span: Span, message: String) -> &mut Diagnostic {
-        self.out.warning(code, span, message)
+        self.at_span(Severity::Error, code, span, message, help);
     }
 
     /// A warning at a word.
@@ -81,20 +71,35 @@ impl<'a> Faults<'a> {
         code: &'static str,
         at: Token<'_>,
         message: impl Into<String>,
-    ) -> &mut Diagnostic {
+        help: impl Into<String>,
+    ) {
         let span = self.span(at.at, at.text.len());
-        self.out.warning(code, span, message)
+        self.at_span(Severity::Warning, code, span, message, help);
     }
 
-    /// A remark at a word.
-    pub fn advice(
+    /// A fault at a place that was registered before.
+    pub fn at_span(
         &mut self,
+        severity: Severity,
         code: &'static str,
-        at: Token<'_>,
+        span: Span,
         message: impl Into<String>,
-    ) -> &mut Diagnostic {
-        let span = self.span(at.at, at.text.len());
-        self.out.advice(code, span, message)
+        help: impl Into<String>,
+    ) {
+        self.errors += usize::from(severity == Severity::Error);
+        self.out.push(Diagnostic::new(severity, code, span, message).help(help));
+    }
+
+    /// An error at a word that is no number that can be kept.
+    pub fn bad_number(&mut self, code: &'static str, word: Token<'_>, fault: Number) {
+        let shown = word.shortened();
+        if fault == Number::Overflow {
+            let message = format!("`{shown}` is too large, expected a number below 3.4e38");
+            self.error(code, word, message, "numbers are kept in single precision: scale the mesh down");
+        } else {
+            let help = "numbers look like 3, -0.5 or 2e-3, with a point and no comma";
+            self.error(code, word, format!("found `{shown}`, expected a number"), help);
+        }
     }
 
     /// True the first time it is called with that key: for warnings that come once per file.
@@ -109,7 +114,7 @@ impl<'a> Faults<'a> {
             1 => message.to_owned(),
             n => format!("{message} ({n} times, here the first)"),
         };
-        self.warning(code, at, message).help = help.to_owned();
+        self.warning(code, at, message, help);
     }
 
     /// The end of the file as a place.

@@ -16,6 +16,18 @@ impl Token<'_> {
     pub fn lossy(&self) -> String {
         String::from_utf8_lossy(self.text).into_owned()
     }
+
+    /// The word for a message: at most 40 characters, none of them a control character.
+    pub fn shortened(&self) -> String {
+        const MOST: usize = 40;
+        let text = self.lossy();
+        let shown = text.chars().map(|c| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c });
+        let mut shown: String = shown.take(MOST).collect();
+        if text.chars().nth(MOST).is_some() {
+            shown.push('…');
+        }
+        shown
+    }
 }
 
 /// A cursor over the bytes of a file.

@@ -5,8 +5,10 @@ use super::lexer::Token;
 use super::mtl::{self, Map, MtlMaterial};
 use super::obj::ObjFile;
 use super::{Folders, MeshTexture};
-use crate::assets::PathFault;
+use crate::assets::{PathFault, UNREADABLE_HELP};
 use crate::description::{Node, Role, Value};
+use crate::diagnostic::Severity;
+use crate::suggest::help_for;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
@@ -72,7 +74,7 @@ pub(super) fn of_obj(
             Some(name) => match known.iter().find(|(m, _)| m.name == name.lossy()) {
                 Some(known) => Some(known.clone()),
                 None => {
-                    undefined(*name, !file.libraries.is_empty(), faults);
+                    undefined(*name, !file.libraries.is_empty(), &known, faults);
                     None
                 }
             },
@@ -119,16 +121,21 @@ fn texture_node(map: &Map, path: &Path, name: String, folders: &Folders) -> Node
     node
 }
 
-fn undefined(name: Token<'_>, has_library: bool, faults: &mut Faults<'_>) {
-    let shown = match super::off::shortened(name) {
+fn undefined(name: Token<'_>, has_library: bool, known: &[Known], faults: &mut Faults<'_>) {
+    let shown = match name.shortened() {
         unnamed if unnamed.is_empty() => "without a name".to_owned(),
         name => format!("`{name}`"),
     };
     let message = format!("the material {shown} is not defined: its faces are grey");
-    let fault = faults.warning("obj::material", name, message);
-    if !has_library {
-        fault.help = "the file names no library: add a line `mtllib FILE.mtl`".into();
-    }
+    let names: Vec<&str> = known.iter().map(|(m, _)| m.name.as_str()).collect();
+    let help = match (has_library, names.is_empty()) {
+        (false, _) => "the file names no library: add a line `mtllib FILE.mtl`".to_owned(),
+        (true, true) => {
+            "its libraries are missing or define nothing: a material begins with `newmtl NAME`".to_owned()
+        }
+        (true, false) => help_for(&name.lossy(), "its libraries define", &names),
+    };
+    faults.warning("obj::material", name, message, help);
 }
 
 /// `prefix/name`, with a number if another slot has that name.
@@ -153,7 +160,7 @@ fn libraries(line: Token<'_>, obj: &Path, folders: &Folders, faults: &mut Faults
     match find(&line.lossy(), base, folders) {
         Ok(path) => return vec![path],
         Err(fault) if fault.is_refusal() => {
-            faults.error(fault.code(), line, fault.to_string()).help = fault.help();
+            faults.error(fault.code(), line, fault.to_string(), fault.help());
             return Vec::new();
         }
         Err(_) => {}
@@ -164,11 +171,11 @@ fn libraries(line: Token<'_>, obj: &Path, folders: &Folders, faults: &mut Faults
         match find(&text, base, folders).or_else(|e| beside(&text, base, folders, e)) {
             Ok(path) => found.push(path),
             Err(fault) if fault.is_refusal() => {
-                faults.error(fault.code(), name, fault.to_string()).help = fault.help();
+                faults.error(fault.code(), name, fault.to_string(), fault.help());
             }
             Err(fault) => {
                 let message = format!("the material library is not read, its materials are grey: {fault}");
-                faults.warning("obj::library", name, message).help = fault.help();
+                faults.warning("obj::library", name, message, fault.help());
             }
         }
     }
@@ -228,7 +235,8 @@ fn read_library(
         Ok(bytes) => bytes,
         Err(e) => {
             let end = faults.end();
-            faults.warning("obj::library", end, format!("the material library `{name}` cannot be read: {e}"));
+            let message = format!("the material library `{name}` cannot be read: {e}");
+            faults.warning("obj::library", end, message, UNREADABLE_HELP);
             return true;
         }
     };
@@ -258,12 +266,12 @@ fn image_of(
     match found {
         Ok(path) => Some(path),
         Err(fault) if fault.is_refusal() => {
-            faults.error_at(fault.code(), map.span, fault.to_string()).help = fault.help();
+            faults.at_span(Severity::Error, fault.code(), map.span, fault.to_string(), fault.help());
             None
         }
         Err(fault) => {
             let message = format!("{fault}: the plain colour is used");
-            faults.warning_at("mtl::image", map.span, message).help = fault.help();
+            faults.at_span(Severity::Warning, "mtl::image", map.span, message, fault.help());
             None
         }
     }

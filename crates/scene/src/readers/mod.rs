@@ -125,7 +125,7 @@ pub fn read_mesh(format: MeshFormat, bytes: &[u8], source: &mut MeshSource<'_>) 
 pub fn read_off(bytes: &[u8], source: &mut MeshSource<'_>) -> Option<MeshFile> {
     let mut faults = Faults::new(bytes, source.path, source.name, source.sources, source.out);
     let mesh = off::parse(bytes, &mut faults)?;
-    tell_empty(&mesh, &mut faults);
+    tell_empty(&mesh, "a triangle is a line such as `3 0 1 2`", &mut faults);
     Some(MeshFile { mesh, materials: vec![materials::plain(source.prefix)], textures: Vec::new() })
 }
 
@@ -135,16 +135,17 @@ pub fn read_obj(bytes: &[u8], source: &mut MeshSource<'_>) -> Option<MeshFile> {
     let mut faults = Faults::new(bytes, source.path, source.name, source.sources, source.out);
     let file = obj::parse(bytes, &mut faults)?;
     let mut found = materials::of_obj(&file, source.path, source.prefix, source.folders, &mut faults)?;
-    tell_empty(&file.mesh, &mut faults);
+    tell_empty(&file.mesh, "a triangle is a line such as `f 1 2 3`", &mut faults);
     if found.materials.is_empty() {
         found.materials.push(materials::plain(source.prefix));
     }
     Some(MeshFile { mesh: file.mesh, materials: found.materials, textures: found.textures })
 }
 
-fn tell_empty(mesh: &TriangleMesh, faults: &mut Faults<'_>) {
+fn tell_empty(mesh: &TriangleMesh, help: &str, faults: &mut Faults<'_>) {
     if mesh.indices.is_empty() {
         let end = faults.end();
-        faults.warning("mesh::empty", end, "there is no triangle in the file: nothing of it will be seen");
+        let message = "there is no triangle in the file: nothing of it will be seen";
+        faults.warning("mesh::empty", end, message, help);
     }
 }

@@ -5,7 +5,7 @@
 
 use super::faults::Faults;
 use super::lexer::{Lexer, Number, Token, number};
-use super::off::shortened;
+use crate::diagnostic::Severity;
 use crate::span::Span;
 
 /// One material of a library.
@@ -114,8 +114,8 @@ pub(super) fn parse(bytes: &[u8], faults: &mut Faults<'_>) -> Vec<MtlMaterial> {
 
 fn before_material(word: Token<'_>, faults: &mut Faults<'_>) {
     if faults.first("\nnewmtl") {
-        let message = format!("found `{}` before any `newmtl`: passed over", shortened(word));
-        faults.warning("mtl::order", word, message);
+        let message = format!("found `{}` before any `newmtl`: passed over", word.shortened());
+        faults.warning("mtl::order", word, message, "begin each material with a line `newmtl NAME`");
     }
 }
 
@@ -125,17 +125,15 @@ fn other<'a>(
     unused: &mut Vec<(Token<'a>, String)>,
     faults: &mut Faults<'_>,
 ) {
-    let text = shortened(word);
+    let text = word.shortened();
     if SILENT.contains(&text.as_str()) {
         return;
     }
     if !UNUSED.contains(&text.as_str()) {
         if faults.first(&text) {
-            faults.advice(
-                "mtl::unknown",
-                word,
-                format!("`{text}` is no statement of MTL that is known here"),
-            );
+            let message = format!("`{text}` is no statement of MTL that is known here");
+            let help = "it is passed over; what is read is newmtl, Kd, Ks, Ns, illum and map_Kd";
+            advice("mtl::unknown", word, message, help, faults);
         }
         return;
     }
@@ -152,12 +150,18 @@ fn other<'a>(
     }
 }
 
+fn advice(code: &'static str, word: Token<'_>, message: String, help: &str, faults: &mut Faults<'_>) {
+    let span = faults.span(word.at, word.text.len());
+    faults.at_span(Severity::Advice, code, span, message, help);
+}
+
 /// One remark per library about all that would change the picture and is not used.
 fn tell_unused(unused: &[(Token<'_>, String)], faults: &mut Faults<'_>) {
     let Some((first, _)) = unused.first() else { return };
     let names: Vec<&str> = unused.iter().map(|(_, name)| name.as_str()).collect();
     let message = format!("not used by this version: {}", names.join(", "));
-    faults.advice("mtl::unused", *first, message);
+    let help = "for mirrors, glass and the like give the shape a `material` of the scene";
+    advice("mtl::unused", *first, message, help, faults);
 }
 
 /// Reads `r g b` or one number for grey. `None` after a fault.
@@ -173,7 +177,8 @@ fn color(lexer: &mut Lexer<'_>, word: Token<'_>, faults: &mut Faults<'_>) -> Opt
         3 => Some(values),
         n => {
             let message = format!("`{}` has {n} numbers, expected 3: r g b", word.lossy());
-            faults.warning("mtl::numbers", word, message).help = "the default is used".into();
+            let help = "write three numbers from 0 to 1, or one for grey; the default is used";
+            faults.warning("mtl::numbers", word, message, help);
             None
         }
     }
@@ -183,8 +188,8 @@ fn shininess(lexer: &mut Lexer<'_>, word: Token<'_>, faults: &mut Faults<'_>) ->
     match lexer.token() {
         Some(text) => value(text, faults),
         None => {
-            faults.warning("mtl::numbers", word, "`Ns` has no number, expected one from 0 to 1000").help =
-                "the default is used".into();
+            let message = "`Ns` has no number, expected one from 0 to 1000";
+            faults.warning("mtl::numbers", word, message, "write `Ns 30`; the default is used");
             None
         }
     }
@@ -195,8 +200,8 @@ fn value(text: Token<'_>, faults: &mut Faults<'_>) -> Option<f32> {
     match number(text.text) {
         Number::Finite(v) if v >= 0.0 => Some(v),
         _ => {
-            let message = format!("found `{}`, expected a number, 0 or more", shortened(text));
-            faults.warning("mtl::number", text, message).help = "the default is used".into();
+            let message = format!("found `{}`, expected a number, 0 or more", text.shortened());
+            faults.warning("mtl::number", text, message, "numbers look like 0.5; the default is used");
             None
         }
     }
@@ -216,7 +221,8 @@ fn map(lexer: &mut Lexer<'_>, word: Token<'_>, faults: &mut Faults<'_>) -> Optio
         }
     }
     let Some(name) = lexer.rest() else {
-        faults.warning("mtl::map", word, format!("`{}` names no file", word.lossy()));
+        let message = format!("`{}` names no file", word.lossy());
+        faults.warning("mtl::map", word, message, "write `map_Kd FILE.png`; the plain colour is used");
         return None;
     };
     let text = name.lossy();
@@ -254,7 +260,9 @@ fn option_of(lexer: &mut Lexer<'_>, option: Token<'_>, map: &mut Map, faults: &m
             not_applied(option, faults);
         }
         _ => {
-            faults.warning("mtl::option", option, format!("`{}` is no option of a map", shortened(option)));
+            let message = format!("`{}` is no option of a map", option.shortened());
+            let help = "it is passed over with the word behind it; what is read is -s and -clamp";
+            faults.warning("mtl::option", option, message, help);
             lexer.token();
         }
     }
@@ -263,7 +271,7 @@ fn option_of(lexer: &mut Lexer<'_>, option: Token<'_>, map: &mut Map, faults: &m
 fn not_applied(option: Token<'_>, faults: &mut Faults<'_>) {
     if faults.first(&option.lossy()) {
         let message = format!("the option `{}` of a map is not applied by this version", option.lossy());
-        faults.warning("mtl::option", option, message);
+        faults.warning("mtl::option", option, message, "the image is used without it");
     }
 }
 

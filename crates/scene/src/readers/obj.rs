@@ -8,7 +8,6 @@
 use super::colors::{ColorScale, linear};
 use super::faults::{Faults, Tally};
 use super::lexer::{Lexer, Number, Token, integer, number};
-use super::off::shortened;
 use super::soup::{Corner, NONE, Soup};
 use crate::mesh::TriangleMesh;
 use penombre_math::{Vec2, Vec3};
@@ -76,6 +75,12 @@ const UNUSED: [(&str, &[&str]); 4] = [
 /// Statements that change nothing here.
 const SILENT: [&str; 8] = ["s", "mg", "bevel", "c_interp", "d_interp", "lod", "shadow_obj", "trace_obj"];
 
+const LINES_HELP: &str =
+    "lines of OBJ begin with v, vt, vn, f, o, g, s, usemtl, mtllib or, as comments, with #";
+const COUNT_HELP: &str = "OBJ counts vertices from 1; negative numbers count back from the last one so far";
+const CORNER_HELP: &str =
+    "a corner is vertex/texture/normal, each counted from 1 or back from -1; the last two may be left out";
+
 /// Reads an OBJ file. `None` after errors.
 pub(super) fn parse<'a>(bytes: &'a [u8], faults: &mut Faults<'a>) -> Option<ObjFile<'a>> {
     let mut reader = Reader {
@@ -141,7 +146,7 @@ impl<'a> Reader<'a, '_, 'a> {
         if let Some((what, _)) = UNUSED.iter().find(|(_, words)| words.contains(&text)) {
             if self.faults.first(what) {
                 let message = format!("`{text}`: {what} are not rendered and passed over");
-                self.faults.warning("obj::unused", word, message);
+                self.faults.warning("obj::unused", word, message, "only faces (`f`) are rendered");
             }
             return;
         }
@@ -152,12 +157,11 @@ impl<'a> Reader<'a, '_, 'a> {
         } else if text.chars().any(char::is_control) {
             self.not_text = true;
             let message =
-                format!("this is no text: found `{}`, expected a statement of OBJ", shortened(word));
-            self.faults.error("obj::not-text", word, message).help =
-                "an OBJ file begins its lines with words such as `v`, `f`, `usemtl`".into();
+                format!("this is no text: found `{}`, expected a statement of OBJ", word.shortened());
+            self.faults.error("obj::not-text", word, message, LINES_HELP);
         } else if self.faults.first(text) {
-            let message = format!("`{}` is no statement of OBJ and is passed over", shortened(word));
-            self.faults.warning("obj::unknown", word, message);
+            let message = format!("`{}` is no statement of OBJ and is passed over", word.shortened());
+            self.faults.warning("obj::unknown", word, message, LINES_HELP);
         }
     }
 
@@ -173,15 +177,8 @@ impl<'a> Reader<'a, '_, 'a> {
                     *value = f32::NAN;
                     finite = false;
                 }
-                Number::Overflow => {
-                    let message =
-                        format!("`{}` is too large, expected a number below 3.4e38", shortened(word));
-                    self.faults.error("obj::number", word, message);
-                    return None;
-                }
-                Number::None => {
-                    let message = format!("found `{}`, expected a number", shortened(word));
-                    self.faults.error("obj::number", word, message);
+                fault => {
+                    self.faults.bad_number("obj::number", word, fault);
                     return None;
                 }
             }
@@ -191,7 +188,8 @@ impl<'a> Reader<'a, '_, 'a> {
 
     fn too_few(&mut self, word: Token<'a>, what: &str, found: usize, expected: &str) {
         let message = format!("{what} has {found} numbers, expected {expected}");
-        self.faults.error("obj::numbers", word, message);
+        let help = "lines look like `v x y z`, `vt u v` and `vn x y z`, with blanks between the numbers";
+        self.faults.error("obj::numbers", word, message, help);
     }
 
     fn vertex(&mut self, word: Token<'a>) {
@@ -291,22 +289,19 @@ impl<'a> Reader<'a, '_, 'a> {
         let (uv, normal) = (attribute(), attribute());
         let (Some(position), Some(uv), Some(normal), None) = (position, uv, normal, parts.next()) else {
             let message =
-                format!("found `{}`, expected a corner such as 7, 7/1, 7//3 or 7/1/3", shortened(word));
-            self.faults.error("obj::corner", word, message);
+                format!("found `{}`, expected a corner such as 7, 7/1, 7//3 or 7/1/3", word.shortened());
+            self.faults.error("obj::corner", word, message, CORNER_HELP);
             return None;
         };
         let position = match resolved(position, self.soup.positions.len()) {
             Some(index) => index,
             None => {
-                let help = "indices count from 1; negative ones count back from the last vertex so far";
-                let message = match position {
-                    0 => "the face refers to vertex 0, expected an index from 1".to_owned(),
-                    p => format!(
-                        "the face refers to vertex {p}, but only {} came before",
-                        self.soup.positions.len()
-                    ),
+                let message = match (position, self.soup.positions.len()) {
+                    (0, _) => "the face refers to vertex 0, expected an index from 1".to_owned(),
+                    (p, 0) => format!("the face refers to vertex {p}, but no vertex came before"),
+                    (p, n) => format!("the face refers to vertex {p}, expected -{n} to -1: {n} came before"),
                 };
-                self.faults.error("obj::index", word, message).help = help.into();
+                self.faults.error("obj::index", word, message, COUNT_HELP);
                 return None;
             }
         };
@@ -336,9 +331,11 @@ impl<'a> Reader<'a, '_, 'a> {
             if let Some(k) = corners.iter().position(|c| c.position as usize >= positions) {
                 let word = nth_word(&self.lexer, line, k + 1);
                 let index = integer(word.text.split(|b| *b == b'/').next().unwrap_or(b"")).unwrap_or(0);
-                let message =
-                    format!("the face refers to vertex {index}, but the file has {positions} vertices");
-                self.faults.error("obj::index", word, message);
+                let message = match positions {
+                    0 => format!("the face refers to vertex {index}, but there are no vertices"),
+                    n => format!("the face refers to vertex {index}, expected 1 to {n}"),
+                };
+                self.faults.error("obj::index", word, message, COUNT_HELP);
             } else if let Some(k) = corners.iter().position(|c| wild(c.normal, normals) || wild(c.uv, uvs)) {
                 self.tallies.attributes.add(nth_word(&self.lexer, line, k + 1));
             }
@@ -349,8 +346,7 @@ impl<'a> Reader<'a, '_, 'a> {
         if self.known == 0 && self.unknown.count() > self.tallies.nul.count() && !self.faults.failed() {
             let end = nth_word(&self.lexer, 0, 0);
             let message = "no line begins with a statement of OBJ: this is no OBJ file, or not all of it";
-            self.faults.error("obj::not-obj", end, message).help =
-                "an OBJ file begins its lines with words such as `v`, `f`, `usemtl`".into();
+            self.faults.error("obj::not-obj", end, message, LINES_HELP);
         }
         if self.faults.failed() {
             return None;
@@ -384,12 +380,15 @@ impl<'a> Reader<'a, '_, 'a> {
             "a face with fewer than 3 corners is left out",
             "expected `f` and 3 indices or more",
         );
-        say("obj::color", &t.colors, "a colour is not finite and taken as white", "");
-        say("obj::normal", &t.normals, "a normal has no direction and is not used", "");
-        say("obj::uv", &t.numbers, "texture coordinates are not finite and taken as 0", "");
+        let help = "a colour is three numbers behind x y z, each from 0 to 1";
+        say("obj::color", &t.colors, "a colour is not finite and taken as white", help);
+        let help = "a normal is `vn x y z`, not all of them 0";
+        say("obj::normal", &t.normals, "a normal has no direction and is not used", help);
+        let help = "texture coordinates are `vt u v`, two finite numbers";
+        say("obj::uv", &t.numbers, "texture coordinates are not finite and taken as 0", help);
         let message =
             "a corner refers to a normal or to texture coordinates that the file does not have: not used";
-        say("obj::attribute", &t.attributes, message, "");
+        say("obj::attribute", &t.attributes, message, CORNER_HELP);
         say("obj::nul", &t.nul, "NUL bytes are passed over, expected text", "is the file damaged?");
         say("obj::name", &t.names, "a name is not UTF-8", "write the file in UTF-8");
     }

@@ -12,6 +12,12 @@ use super::soup::{Corner, Soup};
 use crate::mesh::TriangleMesh;
 use penombre_math::{Vec2, Vec3};
 
+const HEADER_HELP: &str = "an OFF file begins with `OFF`, then the numbers of vertices, faces and edges";
+const FACE_HELP: &str =
+    "a face is a line `n i1 … in`: the number of its corners, then their vertices, counted from 0";
+const LAYOUT_HELP: &str = "vertices have what the first word says: `OFF` x y z, `NOFF` a normal too, `COFF` a colour, \
+                           `STOFF` texture coordinates";
+
 /// What the first word says about vertices.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 struct Layout {
@@ -85,8 +91,7 @@ impl<'a> Reader<'a, '_, 'a> {
         if !self.lexer.next_word_line() {
             let end = self.faults.end();
             let message = "the file is empty, expected `OFF`, the counts and the vertices";
-            self.faults.error("off::empty", end, message).help =
-                "a mesh without faces is `OFF`, then `0 0 0`".into();
+            self.faults.error("off::empty", end, message, HEADER_HELP);
             return None;
         }
         let start = self.lexer.offset();
@@ -111,8 +116,8 @@ impl<'a> Reader<'a, '_, 'a> {
 
     fn refuse(&mut self, at: Token<'a>, what: &str) -> Option<()> {
         let message = format!("`{}`: {what} not read, expected text that begins with `OFF`", at.lossy());
-        self.faults.error("off::unsupported", at, message).help =
-            "write it as plain OFF or as OBJ in the program that made it".into();
+        let help = "write it as plain OFF or as OBJ in the program that made it";
+        self.faults.error("off::unsupported", at, message, help);
         None
     }
 
@@ -122,12 +127,12 @@ impl<'a> Reader<'a, '_, 'a> {
                 "the first line is not `OFF`: found `{}`, taken as the number of vertices",
                 word.lossy()
             );
-            self.faults.warning("off::magic", word, message).help = "put a line `OFF` first".into();
+            self.faults.warning("off::magic", word, message, "put a line `OFF` first");
             self.lexer = self.lexer.at(start);
             return Some(());
         }
-        let message = format!("this is no OFF file: found `{}`, expected `OFF`", shortened(word));
-        self.faults.error("off::magic", word, message);
+        let message = format!("this is no OFF file: found `{}`, expected `OFF`", word.shortened());
+        self.faults.error("off::magic", word, message, HEADER_HELP);
         None
     }
 
@@ -149,7 +154,8 @@ impl<'a> Reader<'a, '_, 'a> {
     fn count(&mut self, what: &str, least: usize) -> Option<usize> {
         if ends_line(&self.lexer) && !self.lexer.next_word_line() {
             let end = self.faults.end();
-            self.faults.error("off::truncated", end, format!("the file ends before the number of {what}"));
+            let message = format!("the file ends before the number of {what}");
+            self.faults.error("off::truncated", end, message, HEADER_HELP);
             return None;
         }
         let word = self.lexer.token()?;
@@ -159,14 +165,14 @@ impl<'a> Reader<'a, '_, 'a> {
             Some(n) if n.saturating_mul(least) <= left.saturating_mul(16).saturating_add(4096) => Some(n),
             Some(n) => {
                 let message = format!("{n} {what} are announced, but only {left} bytes follow");
-                self.faults.error("off::counts", word, message).help =
-                    format!("each of the {what} takes {least} bytes or more");
+                let help = format!("each of the {what} takes {least} bytes or more");
+                self.faults.error("off::counts", word, message, help);
                 None
             }
             None => {
                 let message =
-                    format!("found `{}`, expected the number of {what}, 0 or more", shortened(word));
-                self.faults.error("off::counts", word, message);
+                    format!("found `{}`, expected the number of {what}, 0 or more", word.shortened());
+                self.faults.error("off::counts", word, message, HEADER_HELP);
                 None
             }
         }
@@ -225,7 +231,7 @@ impl<'a> Reader<'a, '_, 'a> {
         if found < least {
             let wanted = self.layout.describe();
             let message = format!("vertex {index} has {found} numbers, expected {least} or more: {wanted}");
-            self.faults.error("off::vertex", start, message);
+            self.faults.error("off::vertex", start, message, LAYOUT_HELP);
         } else if !several && let Some(word) = self.lexer.token() {
             self.extra.add(word);
         }
@@ -255,16 +261,7 @@ impl<'a> Reader<'a, '_, 'a> {
     }
 
     fn bad_number(&mut self, word: Token<'a>, fault: Number) {
-        let word_text = shortened(word);
-        if fault == Number::Overflow {
-            self.faults.error(
-                "off::number",
-                word,
-                format!("`{word_text}` is too large, expected a number below 3.4e38"),
-            );
-        } else {
-            self.faults.error("off::number", word, format!("found `{word_text}`, expected a number"));
-        }
+        self.faults.bad_number("off::number", word, fault);
         self.soup.positions.push(Vec3::ZERO);
         while self.lexer.token().is_some() {}
     }
@@ -272,8 +269,8 @@ impl<'a> Reader<'a, '_, 'a> {
     fn truncated(&mut self, read: usize, count: usize, what: &str) -> Option<()> {
         let end = self.faults.end();
         let message = format!("the file ends after {read} of {count} {what}");
-        self.faults.error("off::truncated", end, message).help =
-            format!("{} more expected; was the file cut?", count - read);
+        let help = format!("{} more expected; was the file cut?", count - read);
+        self.faults.error("off::truncated", end, message, help);
         None
     }
 
@@ -294,15 +291,15 @@ impl<'a> Reader<'a, '_, 'a> {
     fn face(&mut self) {
         let first = self.lexer.token().expect("the caller found a word");
         let Some(corners) = integer(first.text).filter(|n| *n > 0) else {
-            let message = format!("found `{}`, expected the number of corners of a face", shortened(first));
-            self.faults.error("off::face", first, message);
+            let message = format!("found `{}`, expected the number of corners of a face", first.shortened());
+            self.faults.error("off::face", first, message, FACE_HELP);
             return;
         };
         for read in 0..corners {
             let Some(word) = self.lexer.token() else {
                 let message =
                     format!("the face announces {corners} corners, but {read} indices follow in its line");
-                self.faults.error("off::face", first, message);
+                self.faults.error("off::face", first, message, FACE_HELP);
                 return self.soup.drop_corners();
             };
             match self.index(word) {
@@ -325,9 +322,9 @@ impl<'a> Reader<'a, '_, 'a> {
             Some(i) if (0..vertices as i64).contains(&i) => return Some(i as u32),
             Some(i) if vertices == 0 => format!("the face refers to vertex {i}, but there are no vertices"),
             Some(i) => format!("the face refers to vertex {i}, expected 0 to {}", vertices - 1),
-            None => format!("found `{}`, expected the index of a vertex", shortened(word)),
+            None => format!("found `{}`, expected the index of a vertex", word.shortened()),
         };
-        self.faults.error("off::index", word, message);
+        self.faults.error("off::index", word, message, FACE_HELP);
         None
     }
 
@@ -363,19 +360,19 @@ impl<'a> Reader<'a, '_, 'a> {
         }
         if let Some(word) = self.lexer.token() {
             let message =
-                format!("found `{}` after the last face, expected the end of the file", shortened(word));
-            self.faults.warning("off::trailing", word, message).help =
-                "the number of faces in the header may be too small".into();
+                format!("found `{}` after the last face, expected the end of the file", word.shortened());
+            let help = "the number of faces in the header may be too small";
+            self.faults.warning("off::trailing", word, message, help);
         }
     }
 
     fn finish(mut self, bytes: &'a [u8]) -> TriangleMesh {
-        let help =
-            "begin the file with `COFF` for colours, `NOFF` for normals, `STOFF` for texture coordinates";
-        self.faults.tally("off::extra", &self.extra, "numbers after a vertex are passed over", help);
-        self.faults.tally("off::thin-face", &self.thin, "a face with fewer than 3 corners is left out", "");
+        self.faults.tally("off::extra", &self.extra, "numbers after a vertex are passed over", LAYOUT_HELP);
+        let message = "a face with fewer than 3 corners is left out";
+        self.faults.tally("off::thin-face", &self.thin, message, FACE_HELP);
         let message = "this is no face colour and is passed over, expected 3 or 4 numbers";
-        self.faults.tally("off::face-color", &self.odd_colors, message, "");
+        let help = "a colour is `r g b` or `r g b a` behind the indices, from 0 to 255 or from 0 to 1";
+        self.faults.tally("off::face-color", &self.odd_colors, message, help);
         let RawColors { values, scale } = self.vertex_colors;
         if scale.is_used() {
             self.soup.colors = values.into_iter().map(|c| linear(c, scale)).collect();
@@ -414,15 +411,4 @@ fn layout_of(prefix: &[u8]) -> Option<Layout> {
 
 fn ends_line(lexer: &Lexer<'_>) -> bool {
     lexer.clone().token().is_none()
-}
-
-/// A word for a message: at most 40 characters, none of them a control character.
-pub(super) fn shortened(word: Token<'_>) -> String {
-    let text = word.lossy();
-    let shown = text.chars().take(40).map(|c| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c });
-    let mut shown: String = shown.collect();
-    if text.chars().count() > 40 {
-        shown.push('…');
-    }
-    shown
 }

@@ -89,6 +89,7 @@ fn faults_name_the_word_and_the_candidates() {
         "shape.floor.x.y.z=1",
         "camera.fov.x.y=1",
         "material.red.type=3",
+        "material.red.type=\"\"",
         "camera.mian.fov=30",
     ]);
     assert_eq!(scene, builtin("cornell").unwrap(), "a faulty argument changes nothing");
@@ -109,11 +110,13 @@ fn faults_name_the_word_and_the_candidates() {
         ("y", "`shape.floor.x` is a table and has no part `y`"),
         ("x", "`camera.fov` is 45.0 and has no part `x`"),
         ("3", "`type` of `material.red` must be the name of a type"),
+        ("\"\"", "`type` of `material.red` must be the name of a type"),
         ("mian", "there is no camera `mian`"),
     ];
     assert_eq!(faults.len(), expect.len());
-    for ((marked, message, _), (place, start)) in faults.iter().zip(expect) {
+    for ((marked, message, help), (place, start)) in faults.iter().zip(expect) {
         assert_eq!(marked, place, "{message}");
+        assert!(!help.is_empty(), "no help: {message}");
         assert!(message.starts_with(start), "{message}");
     }
     assert!(faults[1].2.contains("did you mean `camera`?"));

@@ -1,6 +1,7 @@
 //! From a TOML text to nodes.
 
-use super::values::{params, report_syntax, span, value};
+use super::syntax::report_syntax;
+use super::values::{params, span, value};
 use super::{FORMAT_VERSION, Include, TomlScene, has_type};
 use crate::description::{Node, Param, Role, SceneDescription, Value, ValueKind};
 use crate::diagnostic::Diagnostics;
@@ -149,7 +150,8 @@ impl Reader<'_> {
         (node.span, node.type_span) = (header, header);
         if node.name.is_empty() {
             let message = format!("a {} has an empty name", role.name());
-            self.out.error("toml::missing-name", header, message);
+            self.out.error("toml::missing-name", header, message).help =
+                format!("name it, for example [{}.main]", role.name());
             return;
         }
         node.params = params(self.file, table);
@@ -168,7 +170,7 @@ impl Reader<'_> {
         let Some(at) = node.params.iter().position(|p| p.name == "type") else {
             let message = format!("`{}` has no `type`", node.path());
             self.out.error("toml::missing-type", node.span, message).help =
-                format!("add the line `type = \"…\"` with the type of the {}", node.role.name());
+                format!("add {}", type_line(node.role));
             return;
         };
         let Param { value, .. } = node.params.remove(at);
@@ -179,8 +181,22 @@ impl Reader<'_> {
                 let found = crate::params::found(&value);
                 let message =
                     format!("`type` of `{}` is {found}, expected the name of a type in quotes", node.path());
-                self.out.error("toml::missing-type", value.span, message);
+                self.out.error("toml::missing-type", value.span, message).help =
+                    format!("write {}", type_line(node.role));
             }
         }
     }
+}
+
+/// The line that gives a node of a role its type, with an example.
+fn type_line(role: Role) -> String {
+    let example = match role {
+        Role::Camera => "perspective",
+        Role::Texture => "image",
+        Role::Material => "phong",
+        Role::Shape => "sphere",
+        Role::Light => "point",
+        Role::Render | Role::Integrator | Role::Instance => role.name(),
+    };
+    format!("a line with the type of the {}, for example type = {example:?}", role.name())
 }

@@ -11,6 +11,7 @@ fn read(text: &str) -> (TomlScene, Vec<String>) {
     let (mut sources, mut out) = (Sources::default(), Diagnostics::default());
     let file = sources.add(Path::new("a.toml"), "a.toml", text);
     let scene = read_toml(text, file, &mut out);
+    assert!(out.iter().all(|d| d.span.is_some() && !d.help.is_empty()), "{out:?}");
     let shown = out.iter().map(|d| {
         let place = sources.locate(d.span).map_or(String::new(), |at| format!("{}:{} ", at.line, at.column));
         format!("{place}{} | {}", d.message, d.help)
@@ -165,6 +166,39 @@ fn syntax_faults_have_their_places() {
     bad("penombre = 1\n[shape.a]\n[shape.a]\n", &[("3:8", "`a` is defined twice")]);
     let (_, faults) = read("penombre = 1\nx = red\ny = 1.2.3\nz = \"a\n");
     assert_eq!(faults.len(), 3, "{faults:?}");
+}
+
+#[test]
+fn syntax_faults_show_what_right_toml_looks_like() {
+    for (line, help) in [
+        ("x = .3", "numbers look like"),
+        ("x = 1.", "numbers look like"),
+        ("x = 0X1f", "numbers look like"),
+        ("x = 1__0", "numbers look like"),
+        ("x = +-3", "numbers look like"),
+        ("x = 007", "without the zero"),
+        ("x = \"a", "a text begins and ends with a quote"),
+        ("x = a\"", "a text begins and ends with a quote"),
+        ("x = red", "put texts in quotes"),
+        ("x = \"c:\\dir\"", "a backslash begins an escape"),
+        ("x = [1, 2", "a list has commas"),
+        ("x = [1,, 2]", "a list has commas"),
+        ("x = { a = 1", "a table in a line"),
+        ("x = { a 1 }", "a table in a line"),
+        ("x = { a = 1 b = 2 }", "one `key = value` a line, with commas"),
+        ("[shape.ball", "a header looks like [shape.ball]"),
+        ("[[shape.ball]", "a header looks like [shape.ball]"),
+        ("x: 3", "keys and values have `=` between them"),
+        ("x", "keys and values have `=` between them"),
+        ("x y = 1", "keys and values have `=` between them"),
+        ("x = 1 y = 2", "one `key = value` a line"),
+        ("x = \"a\" y = 2", "one `key = value` a line"),
+        ("<scene>", "a line is `key = value`, a header"),
+        ("x = 1\nx.y = 2", "has a value already"),
+    ] {
+        let (_, faults) = read(&format!("penombre = 1\n{line}\n"));
+        assert!(faults.iter().any(|f| f.split(" | ").nth(1).unwrap().contains(help)), "{line}: {faults:?}");
+    }
 }
 
 #[test]

@@ -55,10 +55,18 @@ pub fn read_in(folder: &Path, format: MeshFormat, bytes: &[u8]) -> Read {
     };
     let file = read_mesh(format, bytes, &mut source);
     assert_eq!(file.is_none(), out.has_errors(), "a mesh and errors, or neither");
+    assert_helpful(&out);
     if let Some(file) = &file {
         assert_sound(file);
     }
     Read { file, sources, out }
+}
+
+/// Every message must name a place and say what to do.
+pub fn assert_helpful(out: &Diagnostics) {
+    for d in out.iter() {
+        assert!(d.span.is_some() && !d.help.is_empty(), "{d:?}");
+    }
 }
 
 /// The invariants that the renderer relies on.

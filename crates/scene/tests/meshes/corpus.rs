@@ -1,6 +1,6 @@
 //! The large test data: every OFF and OBJ file answers as it should.
 
-use crate::common::{counts, test_data};
+use crate::common::{assert_helpful, counts, test_data};
 use penombre_scene::load::LoadOptions;
 use penombre_scene::{Assets, Diagnostic, Diagnostics, Folders, Node, Role, SceneDescription, Sources};
 use std::path::{Path, PathBuf};
@@ -21,6 +21,7 @@ fn load(path: &Path) -> Loaded {
     let mut scene = SceneDescription::default();
     scene.add(Node::new(Role::Shape, "mesh", "mesh").with("file", name));
     let assets = Assets::load(&mut scene, &folders, &mut sources, &mut out);
+    assert_helpful(&out);
     let place = |span| sources.locate(span).map(|l| format!("{}:{}:{}", l.name, l.line, l.column));
     let messages =
         out.iter().map(|d| format!("{} {} {:?} {}", d.severity.name(), d.code, place(d.span), d.message));
@@ -64,6 +65,7 @@ fn bad_inputs_answer_as_their_index_says() {
         let seconds = begin.elapsed().as_secs_f32();
         assert!(seconds < 2.0, "{name}: {seconds} s");
         let [errors, warnings, _] = counts(&loaded.diagnostics);
+        assert!(loaded.diagnostics.iter().all(|d| !d.help.is_empty()), "{name}: {:?}", loaded.diagnostics);
         let file = path.file_name().unwrap().to_str().unwrap();
         let said = |d: &Diagnostic| match loaded.sources.locate(d.span) {
             Some(place) => format!("{}:{}:{}: {}", place.name, place.line, place.column, d.message),

@@ -16,7 +16,7 @@ mod inline;
 mod normals;
 
 use super::common::{MATERIAL, TRANSFORM, rounded, too_far};
-use super::{Shape, ShapePoint};
+use super::{Shape, ShapePoint, Tessellation};
 use crate::registry::Context;
 use penombre_bvh::{Geometry, Hit, Ray, Triangles};
 use penombre_math::rounding::gamma;
@@ -134,6 +134,19 @@ impl Shape for Mesh {
             color: self.color(triangle, weights),
             slot: self.slots.get(triangle).copied().unwrap_or(0),
         }
+    }
+
+    fn tessellate(&self) -> Tessellation {
+        let mut result = Tessellation { slots: self.slots.clone(), ..Tessellation::default() };
+        for triangle in 0..self.indices.len() {
+            let corner =
+                |u, v| Hit { t: 0.0, u, v, geometry: 0, prim: triangle as u32, instance: Hit::NO_INSTANCE };
+            let ray = Ray::new(Vec3::ZERO, Vec3::Z, 0.0, 0.0);
+            let points = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)].map(|(u, v)| self.point(&ray, &corner(u, v)));
+            let vertices = points.map(|at| result.push(at.p, at.ns, at.uv, at.color));
+            result.triangles.push(vertices);
+        }
+        result
     }
 
     fn bounds(&self) -> Bounds3 {

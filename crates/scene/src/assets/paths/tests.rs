@@ -74,10 +74,12 @@ fn refuses_what_lies_outside_whether_it_exists_or_not() {
         let fault = t.find("scene", name).expect_err(name);
         assert!(matches!(fault, PathFault::Outside { .. }), "{fault:?}");
         let message = fault.to_string();
-        assert!(message.contains(name) && message.contains("--asset-root"), "{message}");
+        assert!(message.contains(name) && fault.help().contains("--asset-root"), "{message}");
     }
     let fault = t.find("scene", "../other/c.png").expect_err("outside");
-    assert_eq!(fault.help(), format!("if you trust the scene: `--asset-root {}`", t.path("other").display()));
+    let other = t.path("other");
+    let help = format!("copy it there or, if you trust the scene, add `--asset-root {}`", other.display());
+    assert_eq!(fault.help(), help);
 }
 
 #[test]
@@ -93,7 +95,7 @@ fn refuses_addresses() {
     ] {
         let fault = t.find("scene", name).expect_err(name);
         assert!(matches!(fault, PathFault::Address { .. }), "{fault:?}");
-        assert!(fault.to_string().contains("--asset-root"));
+        assert!(fault.help().contains("--asset-root"));
     }
 }
 
@@ -103,6 +105,9 @@ fn tells_other_faults_apart() {
     assert!(
         matches!(t.find("scene", "b.png"), Err(PathFault::Missing { path, .. }) if path == t.path("scene/b.png"))
     );
+    let missing = t.find("scene", "sub/c.png").expect_err("missing");
+    let looked_for = t.path("scene/sub/c.png");
+    assert_eq!(missing.help(), format!("did you mean `b.png`? looked for {}", looked_for.display()));
     assert!(matches!(t.find("scene", "a.png/x"), Err(PathFault::Missing { .. })));
     assert!(matches!(t.find("scene", "sub"), Err(PathFault::NotAFile { found: "a folder", .. })));
     assert!(matches!(t.find("scene", ""), Err(PathFault::Invalid { .. })));
@@ -121,6 +126,10 @@ fn symbolic_links_may_not_lead_out() {
     link("/dev/zero", "scene/zero.png");
     assert!(matches!(t.find("scene", "out.png"), Err(PathFault::Outside { .. })));
     assert!(matches!(t.find("scene", "out/c.png"), Err(PathFault::Outside { .. })));
+    // What is there is not told either.
+    assert!(matches!(t.find("scene", "out/none.png"), Err(PathFault::Outside { .. })));
+    assert!(matches!(t.find("scene", "out/none/none.png"), Err(PathFault::Outside { .. })));
+    assert!(matches!(t.find("scene", "sub/none/none.png"), Err(PathFault::Missing { .. })));
     assert!(matches!(t.find("scene", "zero.png"), Err(PathFault::Outside { .. })));
     assert_eq!(t.find("scene", "in.png"), Ok(t.path("scene/a.png")));
     assert_eq!(t.find_with_root("scene", "out/c.png"), Ok(t.path("other/c.png")));
