@@ -1,6 +1,8 @@
 //! What a scene file says: nodes with parameters, each with its place.
 
 use crate::span::Span;
+use std::collections::HashMap;
+use std::sync::OnceLock;
 
 /// What a node is for: the first word of its table's name in a scene file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -223,15 +225,32 @@ impl<const N: usize> From<[(&str, Value); N]> for Value {
 }
 
 /// A scene as data: a flat list of nodes that refer to each other by name.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 pub struct SceneDescription {
     nodes: Vec<Node>,
+    /// The first node of each role and name; made when first asked for, and anew after a node was changed.
+    index: OnceLock<Index>,
+}
+
+type Index = HashMap<Role, HashMap<String, NodeId>>;
+
+impl PartialEq for SceneDescription {
+    fn eq(&self, other: &Self) -> bool {
+        self.nodes == other.nodes
+    }
+}
+
+fn enter(index: &mut Index, id: NodeId, node: &Node) {
+    index.entry(node.role).or_default().entry(node.name.clone()).or_insert(id);
 }
 
 impl SceneDescription {
     /// Adds a node.
     pub fn add(&mut self, node: Node) -> NodeId {
         let id = NodeId(u32::try_from(self.nodes.len()).expect("fewer than 2^32 nodes"));
+        if let Some(index) = self.index.get_mut() {
+            enter(index, id, &node);
+        }
         self.nodes.push(node);
         id
     }
@@ -243,6 +262,7 @@ impl SceneDescription {
 
     /// The node, to change it.
     pub fn node_mut(&mut self, id: NodeId) -> &mut Node {
+        self.index = OnceLock::new();
         &mut self.nodes[id.0 as usize]
     }
 
@@ -268,6 +288,28 @@ impl SceneDescription {
 
     /// The node of that role and name.
     pub fn find(&self, role: Role, name: &str) -> Option<NodeId> {
-        self.of_role(role).find(|(_, n)| n.name == name).map(|(id, _)| id)
+        let index = self.index.get_or_init(|| {
+            let mut index = Index::new();
+            self.iter().for_each(|(id, node)| enter(&mut index, id, node));
+            index
+        });
+        index.get(&role)?.get(name).copied()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nodes_are_found_by_role_and_name_whatever_happened_before() {
+        let mut scene = SceneDescription::default();
+        assert_eq!(scene.find(Role::Shape, "a"), None);
+        let [shape, light] = [Role::Shape, Role::Light].map(|role| scene.add(Node::new(role, "t", "a")));
+        let second = scene.add(Node::new(Role::Shape, "t", "a"));
+        assert_eq!((scene.find(Role::Shape, "a"), scene.find(Role::Light, "a")), (Some(shape), Some(light)));
+        scene.node_mut(shape).name = "b".to_owned();
+        assert_eq!((scene.find(Role::Shape, "a"), scene.find(Role::Shape, "b")), (Some(second), Some(shape)));
+        assert_eq!(scene, scene.clone());
     }
 }

@@ -4,6 +4,8 @@ use std::path::Path;
 
 /// Names longer than this many characters are not compared: no known name is as long.
 const LONGEST: usize = 64;
+/// Names compared: scenes may have very many.
+const MOST_COMPARED: usize = 4096;
 
 /// The name among `names` that `wanted` probably means: equal but for case or the choice between `-` and `_`, or at
 /// most a third of its letters away (at least one). `None` if none is near; ties go to the first.
@@ -14,7 +16,8 @@ pub fn nearest<'a>(wanted: &str, names: &[&'a str]) -> Option<&'a str> {
     }
     let wanted = folded(wanted);
     let limit = (length / 3).max(1);
-    let near = names.iter().map(|n| (strsim::damerau_levenshtein(&wanted, &folded(n)), *n));
+    let near =
+        names.iter().take(MOST_COMPARED).map(|n| (strsim::damerau_levenshtein(&wanted, &folded(n)), *n));
     near.filter(|(d, _)| *d <= limit).min_by_key(|(d, _)| *d).map(|(_, n)| n)
 }
 
@@ -36,11 +39,9 @@ pub fn help_for(wanted: &str, what: &str, names: &[&str]) -> String {
 
 /// The name in the folder of `path` that is nearest to the file's. `None` if none is near.
 pub fn nearest_file(path: &Path) -> Option<String> {
-    /// Entries looked at in a crowded folder.
-    const MOST: usize = 4096;
     let wanted = path.file_name()?.to_str()?;
     let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let entries = std::fs::read_dir(folder).ok()?.take(MOST);
+    let entries = std::fs::read_dir(folder).ok()?.take(MOST_COMPARED);
     let mut names: Vec<String> = entries.filter_map(|e| e.ok()?.file_name().into_string().ok()).collect();
     names.sort();
     let names: Vec<&str> = names.iter().map(String::as_str).collect();

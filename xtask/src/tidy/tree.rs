@@ -111,16 +111,18 @@ fn blank(text: &str) -> String {
     text.chars().map(|c| if c == '\n' { '\n' } else { ' ' }).collect()
 }
 
-/// Offsets of every `#[cfg(test)]` and of the end of the item behind it.
+/// Offsets of every `#[cfg(test)]` or `#[cfg(all(test, …))]` and of the end of the item behind it.
 fn test_items(code: &str) -> Vec<(usize, usize)> {
     let mut items = Vec::new();
-    for (at, attribute) in code.match_indices("#[cfg(test)]") {
+    let plain = code.match_indices("#[cfg(test)]");
+    for (at, attribute) in plain.chain(code.match_indices("#[cfg(all(test,")) {
         let start = at + attribute.len();
         let end = code[start..].find(['{', ';']).map_or(code.len(), |i| start + i);
         let end =
             if code[end..].starts_with('{') { scan::closing(code, end) } else { (end + 1).min(code.len()) };
         items.push((at, end));
     }
+    items.sort_unstable();
     items
 }
 

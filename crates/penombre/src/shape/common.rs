@@ -4,11 +4,20 @@ use crate::registry::Context;
 use penombre_math::rounding::UNIT_ROUNDOFF;
 use penombre_math::{DAffine3, DVec3, Vec3};
 use penombre_scene::params::Params;
-use penombre_scene::{Kind, ParamSpec, Role};
+use penombre_scene::{Kind, ParamDefault, ParamSpec, Range, Role};
 
 /// Every shape's material.
 pub const MATERIAL: ParamSpec =
     ParamSpec::optional("material", Kind::Reference(Role::Material), "Name of its material.");
+
+/// The centre of a round shape.
+pub const CENTER: ParamSpec =
+    ParamSpec::with_default("center", Kind::Vec3, ParamDefault::Vec3([0.0; 3]), "The centre.").unit("m");
+
+/// The radius of a round shape.
+pub const RADIUS: ParamSpec =
+    ParamSpec::with_default("radius", Kind::Float(Range::POSITIVE), ParamDefault::Float(1.0), "The radius.")
+        .unit("m");
 
 /// Every shape's transform.
 pub const TRANSFORM: ParamSpec = ParamSpec::optional(
@@ -42,6 +51,17 @@ pub fn place(map: &DAffine3, p: Vec3, params: &Params, context: &mut Context<'_,
     let placed = map.transform_point3(p.as_dvec3()).as_vec3();
     if placed.is_finite() {
         return Some(placed);
+    }
+    too_far(params, context);
+    None
+}
+
+/// A radius under a map that scales all lengths by `scale`. Reports a fault and returns `None` if it overflows or
+/// vanishes.
+pub fn scaled_radius(radius: f32, scale: f64, params: &Params, context: &mut Context<'_, '_>) -> Option<f32> {
+    let scaled = (f64::from(radius) * scale) as f32;
+    if scaled.is_finite() && scaled > 0.0 {
+        return Some(scaled);
     }
     too_far(params, context);
     None

@@ -12,13 +12,13 @@
 //! material = "floor"
 //! ```
 
-use super::common::{MATERIAL, TRANSFORM, place, rounded, too_far, uniform_scale};
+use super::common::{CENTER, MATERIAL, RADIUS, TRANSFORM, place, rounded, scaled_radius, uniform_scale};
 use super::{Shape, ShapePoint, Tessellation};
 use crate::registry::Context;
 use penombre_bvh::{Geometry, Hit, Ray};
 use penombre_math::{Bounds3, DAffine3, Frame, Spectrum, Vec2, Vec3, float};
 use penombre_scene::params::Params;
-use penombre_scene::{Kind, ParamDefault, ParamSpec, Range};
+use penombre_scene::{Kind, ParamDefault, ParamSpec};
 use std::f32::consts::TAU;
 
 /// Edges of the polygon that stands for the circle in previews.
@@ -36,20 +36,14 @@ pub struct Disk {
 impl Shape for Disk {
     const TYPE_NAME: &'static str = "disk";
     const SCHEMA: &'static [ParamSpec] = &[
-        ParamSpec::with_default("center", Kind::Vec3, ParamDefault::Vec3([0.0; 3]), "The centre.").unit("m"),
+        CENTER,
         ParamSpec::with_default(
             "normal",
             Kind::Direction,
             ParamDefault::Vec3([0.0, 0.0, 1.0]),
             "The direction that it faces, of any length.",
         ),
-        ParamSpec::with_default(
-            "radius",
-            Kind::Float(Range::POSITIVE),
-            ParamDefault::Float(1.0),
-            "The radius.",
-        )
-        .unit("m"),
+        RADIUS,
         MATERIAL,
         TRANSFORM,
     ];
@@ -63,11 +57,7 @@ impl Shape for Disk {
             return Some(Self { center, frame, radius, remainder: Some(map) });
         };
         let center = place(&map, center, p, context)?;
-        let radius = (f64::from(radius) * scale) as f32;
-        if !(radius.is_finite() && radius > 0.0) {
-            too_far(p, context);
-            return None;
-        }
+        let radius = scaled_radius(radius, scale, p, context)?;
         let normal = (map.transform_vector3(normal) * map.matrix3.determinant().signum()).normalize();
         Some(Self { center, frame: Frame::from_z(normal.as_vec3()), radius, remainder: None })
     }

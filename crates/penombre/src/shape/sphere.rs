@@ -11,13 +11,13 @@
 //! material = "red"
 //! ```
 
-use super::common::{MATERIAL, TRANSFORM, place, rounded, uniform_scale};
+use super::common::{CENTER, MATERIAL, RADIUS, TRANSFORM, place, rounded, scaled_radius, uniform_scale};
 use super::{Shape, ShapePoint, Tessellation};
 use crate::registry::Context;
 use penombre_bvh::{Geometry, Hit, Ray};
 use penombre_math::{Bounds3, DAffine3, DVec3, Spectrum, Vec2, Vec3, float};
+use penombre_scene::ParamSpec;
 use penombre_scene::params::Params;
-use penombre_scene::{Kind, ParamDefault, ParamSpec, Range};
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
 /// Edges of the equator in previews: a sphere of 1000 pixels is off by less than a third of a pixel.
@@ -35,18 +35,7 @@ pub struct Sphere {
 
 impl Shape for Sphere {
     const TYPE_NAME: &'static str = "sphere";
-    const SCHEMA: &'static [ParamSpec] = &[
-        ParamSpec::with_default("center", Kind::Vec3, ParamDefault::Vec3([0.0; 3]), "The centre.").unit("m"),
-        ParamSpec::with_default(
-            "radius",
-            Kind::Float(Range::POSITIVE),
-            ParamDefault::Float(1.0),
-            "The radius.",
-        )
-        .unit("m"),
-        MATERIAL,
-        TRANSFORM,
-    ];
+    const SCHEMA: &'static [ParamSpec] = &[CENTER, RADIUS, MATERIAL, TRANSFORM];
 
     fn build(p: &Params, context: &mut Context<'_, '_>) -> Option<Self> {
         let (center, radius) = (p.vec3("center"), p.f32("radius"));
@@ -56,11 +45,7 @@ impl Shape for Sphere {
             return Some(Self { center, radius, to_object: None, remainder: Some(map) });
         };
         let center = place(&map, center, p, context)?;
-        let radius = (f64::from(radius) * scale) as f32;
-        if !(radius.is_finite() && radius > 0.0) {
-            super::common::too_far(p, context);
-            return None;
-        }
+        let radius = scaled_radius(radius, scale, p, context)?;
         let turned = map.matrix3 * (1.0 / scale) != DAffine3::IDENTITY.matrix3;
         Some(Self { center, radius, to_object: turned.then(|| map.inverse()), remainder: None })
     }

@@ -8,6 +8,8 @@ use std::path::Path;
 
 /// After this many errors a reader stops.
 const MOST_ERRORS: usize = 20;
+/// Warnings told about one file.
+const MOST_WARNINGS: usize = 20;
 /// Bytes of a line that an excerpt shows on either side of the fault.
 const EXCERPT: usize = 160;
 
@@ -19,6 +21,9 @@ pub(super) struct Faults<'a> {
     sources: &'a mut Sources,
     out: &'a mut Diagnostics,
     errors: usize,
+    warnings: usize,
+    /// Offset of a line and its number: lines behind it are counted from there.
+    counted: (usize, u32),
     said: HashSet<String>,
 }
 
@@ -30,7 +35,17 @@ impl<'a> Faults<'a> {
         sources: &'a mut Sources,
         out: &'a mut Diagnostics,
     ) -> Self {
-        Self { bytes, path, name, sources, out, errors: 0, said: HashSet::new() }
+        Self {
+            bytes,
+            path,
+            name,
+            sources,
+            out,
+            errors: 0,
+            warnings: 0,
+            counted: (0, 1),
+            said: HashSet::new(),
+        }
     }
 
     /// Faults of another file that this one names; they go to the same place.
@@ -46,6 +61,11 @@ impl<'a> Faults<'a> {
     /// True if it is time to stop reading.
     pub fn is_full(&self) -> bool {
         self.errors >= MOST_ERRORS
+    }
+
+    /// True if no more warnings are told: their texts need not be made.
+    pub fn is_hushed(&self) -> bool {
+        self.warnings > MOST_WARNINGS
     }
 
     /// An error at a word.
@@ -65,7 +85,7 @@ impl<'a> Faults<'a> {
         self.at_span(Severity::Error, code, span, message, help);
     }
 
-    /// A warning at a word.
+    /// A warning at a word; those behind the first twenty are left out.
     pub fn warning(
         &mut self,
         code: &'static str,
@@ -73,8 +93,10 @@ impl<'a> Faults<'a> {
         message: impl Into<String>,
         help: impl Into<String>,
     ) {
-        let span = self.span(at.at, at.text.len());
-        self.at_span(Severity::Warning, code, span, message, help);
+        if !self.is_hushed() {
+            let span = self.span(at.at, at.text.len());
+            self.at_span(Severity::Warning, code, span, message, help);
+        }
     }
 
     /// A fault at a place that was registered before.
@@ -87,6 +109,17 @@ impl<'a> Faults<'a> {
         help: impl Into<String>,
     ) {
         self.errors += usize::from(severity == Severity::Error);
+        self.warnings += usize::from(severity == Severity::Warning);
+        if severity == Severity::Warning && self.warnings > MOST_WARNINGS {
+            if self.warnings == MOST_WARNINGS + 1 {
+                let rest = format!("{}: further warnings are left out", self.name);
+                let help = "mend the first of them: others are often the same mistake";
+                self.out.push(
+                    Diagnostic::new(Severity::Advice, "reader::too-many-warnings", span, rest).help(help),
+                );
+            }
+            return;
+        }
         self.out.push(Diagnostic::new(severity, code, span, message).help(help));
     }
 
@@ -122,6 +155,17 @@ impl<'a> Faults<'a> {
         Token { text: b"", at: self.bytes.len() }
     }
 
+    /// The number of the line that begins at an offset.
+    fn line(&mut self, start: usize) -> u32 {
+        let (from, number) = if start >= self.counted.0 { self.counted } else { (0, 1) };
+        let line = number + line_breaks(&self.bytes[from..start]);
+        let splits_break = start > 0 && self.bytes[start - 1..].starts_with(b"\r\n");
+        if !splits_break {
+            self.counted = (start, line);
+        }
+        line
+    }
+
     /// Registers the line around a place as an excerpt.
     pub fn span(&mut self, at: usize, len: usize) -> Span {
         let at = at.min(self.bytes.len());
@@ -134,7 +178,7 @@ impl<'a> Faults<'a> {
         let inside = printable(&self.bytes[at..marked]);
         let after = printable(&self.bytes[marked..to]);
         let column = 1 + characters(&self.bytes[line_start..from]);
-        let line = 1 + line_breaks(&self.bytes[..line_start]);
+        let line = self.line(line_start);
         let (start, len) = (before.len() as u32, inside.len() as u32);
         let file = self.sources.add_excerpt_at(self.path, self.name, before + &inside + &after, line, column);
         Span { file, start, len }
@@ -222,6 +266,18 @@ mod tests {
         let (mut sources, mut out) = (Sources::default(), Diagnostics::default());
         Faults::new(&text, Path::new(""), "", &mut sources, &mut out).span(at, 3);
         assert!(sources.iter().all(|f| f.text.len() < 1000));
+    }
+
+    #[test]
+    fn lines_are_counted_on_from_the_last_fault() {
+        let text = b"1\n2\r\n3\r4\r\n\r\n6";
+        let (mut sources, mut out) = (Sources::default(), Diagnostics::default());
+        let mut faults = Faults::new(text, Path::new(""), "", &mut sources, &mut out);
+        let places = [(0, 1), (5, 3), (3, 2), (4, 3), (7, 4), (5, 3), (12, 6), (0, 1)];
+        let spans = places.map(|(at, line)| (faults.span(at, 1), line));
+        for (span, line) in spans {
+            assert_eq!(sources.locate(span).map(|at| at.line), Some(line));
+        }
     }
 
     #[test]

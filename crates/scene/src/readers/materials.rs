@@ -9,7 +9,7 @@ use crate::assets::{PathFault, UNREADABLE_HELP};
 use crate::description::{Node, Role, Value};
 use crate::diagnostic::Severity;
 use crate::suggest::help_for;
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
 /// Diffuse, specular and shininess of what has no material.
@@ -62,17 +62,25 @@ pub(super) fn of_obj(
     let mut found = FileMaterials::default();
     let mut known: Vec<Known> = Vec::new();
     let mut sound = true;
-    for line in &file.libraries {
+    let mut read = HashSet::new();
+    let mut said = HashSet::new();
+    for line in file.libraries.iter().filter(|line| said.insert(line.text)) {
         for library in libraries(*line, path, folders, faults) {
-            sound &= read_library(&library, path, folders, faults, &mut known);
+            if read.insert(library.clone()) {
+                sound &= read_library(&library, path, folders, faults, &mut known);
+            }
         }
     }
-    let mut names = HashSet::new();
+    let mut by_name: HashMap<&str, &Known> = HashMap::new();
+    for material in &known {
+        by_name.entry(&material.0.name).or_insert(material);
+    }
+    let mut names = HashMap::new();
     for slot in &file.slots {
         let material = match slot {
             None => None,
-            Some(name) => match known.iter().find(|(m, _)| m.name == name.lossy()) {
-                Some(known) => Some(known.clone()),
+            Some(name) => match by_name.get(name.lossy().as_str()) {
+                Some(known) => Some((*known).clone()),
                 None => {
                     undefined(*name, !file.libraries.is_empty(), &known, faults);
                     None
@@ -122,6 +130,9 @@ fn texture_node(map: &Map, path: &Path, name: String, folders: &Folders) -> Node
 }
 
 fn undefined(name: Token<'_>, has_library: bool, known: &[Known], faults: &mut Faults<'_>) {
+    if faults.is_hushed() {
+        return;
+    }
     let shown = match name.shortened() {
         unnamed if unnamed.is_empty() => "without a name".to_owned(),
         name => format!("`{name}`"),
@@ -138,18 +149,21 @@ fn undefined(name: Token<'_>, has_library: bool, known: &[Known], faults: &mut F
     faults.warning("obj::material", name, message, help);
 }
 
-/// `prefix/name`, with a number if another slot has that name.
-fn unique(name: &str, prefix: &str, taken: &mut HashSet<String>) -> String {
+/// `prefix/name`, with a number if another slot has that name. `taken`: the names so far, and the last number that
+/// was given to others of that name.
+fn unique(name: &str, prefix: &str, taken: &mut HashMap<String, u32>) -> String {
     let shown: String =
         name.chars().map(|c| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c }).collect();
     let shown = if shown.is_empty() { "unnamed" } else { &shown };
     let first = format!("{prefix}/{shown}");
     let mut wanted = first.clone();
-    let mut number = 2;
-    while !taken.insert(wanted.clone()) {
-        wanted = format!("{first}-{number}");
+    let mut number = taken.get(&first).copied().unwrap_or(1);
+    while taken.contains_key(&wanted) {
         number += 1;
+        wanted = format!("{first}-{number}");
     }
+    taken.insert(first, number);
+    taken.insert(wanted.clone(), 1);
     wanted
 }
 
@@ -173,6 +187,7 @@ fn libraries(line: Token<'_>, obj: &Path, folders: &Folders, faults: &mut Faults
             Err(fault) if fault.is_refusal() => {
                 faults.error(fault.code(), name, fault.to_string(), fault.help());
             }
+            Err(_) if faults.is_hushed() => {}
             Err(fault) => {
                 let message = format!("the material library is not read, its materials are grey: {fault}");
                 faults.warning("obj::library", name, message, fault.help());
@@ -269,6 +284,7 @@ fn image_of(
             faults.at_span(Severity::Error, fault.code(), map.span, fault.to_string(), fault.help());
             None
         }
+        Err(_) if faults.is_hushed() => None,
         Err(fault) => {
             let message = format!("{fault}: the plain colour is used");
             faults.at_span(Severity::Warning, "mtl::image", map.span, message, fault.help());

@@ -299,3 +299,23 @@ fn files_outside_the_folder_are_refused_and_not_shown() {
         read_in(&inner, MeshFormat::Obj, format!("mtllib a.mtl\n{TRIANGLE}usemtl m\nf 1 2 3\n").as_bytes());
     assert!(read.only().starts_with("error asset::outside a.mtl:2:8 `../../../etc/passwd` lies outside"));
 }
+
+#[test]
+fn thousands_of_bad_materials_are_told_quickly_and_briefly() {
+    let count = 20_000;
+    let numbered = |line: &str| (0..count).map(|i| line.replace('@', &i.to_string())).collect::<String>();
+    let library = numbered("newmtl m@\nKd x 0 0\nmap_Kd t@.png\n");
+    let text = |libraries: &str| format!("{libraries}{TRIANGLE}{}", numbered("usemtl m@\nf 1 2 3\n"));
+    let begin = std::time::Instant::now();
+    for (text, files) in [
+        (text(&"mtllib a.mtl\n".repeat(100)), vec![("a.mtl", library.as_str())]),
+        (text(&numbered("mtllib no@.mtl\n")), vec![]),
+        (text(""), vec![]),
+    ] {
+        let read = obj_with(&text, &files);
+        assert_eq!(counts(&read.out), [0, 20, 1]);
+        assert!(read.messages()[20].contains(": further warnings are left out"));
+        assert_eq!(read.file().materials.len(), count);
+    }
+    assert!(begin.elapsed().as_secs() < 20, "{:?}", begin.elapsed());
+}
