@@ -6,6 +6,7 @@ use crate::progress::Progress;
 use crate::scene::{Prepared, prepare};
 use crate::statistics::{Measured, duration, json_line};
 use crate::{Exit, interrupt, report, terminal};
+use penombre::film::Film;
 use penombre::{Outcome, Render};
 use penombre_image::{Image, ToneCurve, WriteOptions};
 use std::time::Instant;
@@ -25,6 +26,9 @@ pub fn run(args: &RenderArgs, verbosity: &Verbosity) -> Exit {
     // All of them, so that all faults are told at once.
     let faulty = outputs.iter().filter(|o| !o.check(size)).count();
     if faulty > 0 {
+        return Exit::Usage;
+    }
+    if !fits_in_memory(size) {
         return Exit::Usage;
     }
     let options = write_options(args, &prepared);
@@ -52,6 +56,21 @@ pub fn run(args: &RenderArgs, verbosity: &Verbosity) -> Exit {
             terminal::err("interrupted: the image holds what was done");
             Exit::Interrupted
         }
+    }
+}
+
+/// Reports an image that is larger than the free memory. True if all is well, as far as one can tell.
+fn fits_in_memory([w, h]: [u32; 2]) -> bool {
+    let needed = Film::bytes(w, h);
+    match penombre_sys::available_memory() {
+        Some(free) if free < needed => {
+            let (needed, free) = (needed >> 20, free >> 20);
+            let message =
+                format!("an image of {w}×{h} pixels takes {needed} MiB of memory, {free} MiB are free");
+            report::error(&message, "nothing was rendered; choose a smaller `--size`");
+            false
+        }
+        _ => true,
     }
 }
 

@@ -9,5 +9,5 @@ mod machine;
 mod vectorize;
 
 pub use file::{TEMPORARY_SUFFIX, check_writable, write_atomic};
-pub use machine::{available_space, peak_rss, process_cpu_time};
+pub use machine::{available_memory, available_space, peak_rss, process_cpu_time};
 pub use vectorize::{Vectorizable, vectorize};

@@ -17,6 +17,19 @@ pub fn peak_rss() -> Option<u64> {
     imp::peak_rss()
 }
 
+/// Memory, in bytes, that programs may still take without driving the machine into swapping. `None` where the
+/// system does not tell.
+#[must_use]
+pub fn available_memory() -> Option<u64> {
+    meminfo(&std::fs::read_to_string("/proc/meminfo").ok()?)
+}
+
+/// The figure in Linux's table, which has one line `MemAvailable:   N kB`.
+fn meminfo(table: &str) -> Option<u64> {
+    let line = table.lines().find_map(|l| l.strip_prefix("MemAvailable:"))?;
+    line.trim().trim_end_matches(" kB").parse::<u64>().ok()?.checked_mul(1024)
+}
+
 /// Processor time of this process so far: user and system, summed over all threads, ended ones too.
 /// `None` where the system does not tell.
 #[must_use]
@@ -138,6 +151,15 @@ mod imp {
 mod tests {
     use super::*;
     use std::time::Instant;
+
+    #[test]
+    fn available_memory_is_read_from_the_systems_table() {
+        assert_eq!(meminfo("MemTotal: 9 kB\nMemAvailable:    2048 kB\n"), Some(2 << 20));
+        assert_eq!(meminfo("MemTotal: 9 kB\nMemAvailable: many kB\n"), None);
+        if cfg!(target_os = "linux") {
+            assert!(available_memory().unwrap() > 1 << 20);
+        }
+    }
 
     #[test]
     fn space_is_told_for_a_path_that_does_not_exist_yet() {

@@ -135,6 +135,12 @@ impl Film {
         })
     }
 
+    /// Memory of a film and the image developed from it, bytes.
+    pub fn bytes(width: u32, height: u32) -> u64 {
+        let per_pixel = 2 * size_of::<PixelSum>() + 3 * size_of::<f32>();
+        u64::from(width) * u64::from(height) * per_pixel as u64
+    }
+
     /// Samples in the film.
     pub fn samples(&self) -> u64 {
         self.totals().map(|s| u64::from(s.count)).sum()

@@ -30,6 +30,7 @@ impl Plan {
     pub fn new(description: &SceneDescription, assets: &Assets, out: &mut Diagnostics) -> Option<Self> {
         let mut context = Context { description, assets, out, node: NodeId(0) };
         let settings = RenderSettings::build(&mut context);
+        check_size(&settings, context.out);
         let integrator = integrator(&settings, &mut context);
         let aspect = settings.size[0] as f32 / settings.size[1] as f32;
         let scene = Scene::build(description, assets, aspect, out);
@@ -45,6 +46,19 @@ impl Plan {
             progressive: false,
         };
         (!out.has_errors()).then_some(Self { scene, integrator, job })
+    }
+}
+
+/// Image files hold no more pixels than this.
+fn check_size(settings: &RenderSettings, out: &mut Diagnostics) {
+    let [w, h] = settings.size.map(u64::from);
+    if w * h > penombre_image::MAX_PIXELS {
+        let message = format!(
+            "an image of {w}×{h} pixels is asked for, expected at most {} pixels",
+            penombre_image::MAX_PIXELS
+        );
+        out.error("scene::out-of-range", settings.size_span, message).help =
+            "render it in parts, each with a camera of its own, or smaller".to_owned();
     }
 }
 

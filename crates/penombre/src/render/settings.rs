@@ -13,6 +13,8 @@ const MOST_PIXELS: f64 = 65536.0;
 pub struct RenderSettings {
     /// Width and height, pixels.
     pub size: [u32; 2],
+    /// Place of that size.
+    pub size_span: Span,
     /// Samples per pixel.
     pub spp: u32,
     /// Name of the integrator.
@@ -88,6 +90,7 @@ impl RenderSettings {
         let size = p.int2("size");
         Self {
             size: size.map(|v| v as u32),
+            size_span: p.span("size"),
             spp: p.int("spp") as u32,
             integrator: p.text("integrator").unwrap_or("classic").to_owned(),
             integrator_span: p.span("integrator"),
