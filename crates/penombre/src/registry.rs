@@ -35,8 +35,7 @@ impl Context<'_, '_> {
 
     /// Position of a node among the nodes of its role: the index of what is built from it.
     pub fn position(&self, id: NodeId) -> u32 {
-        let role = self.description.node(id).role;
-        self.description.of_role(role).take_while(|(other, _)| *other != id).count() as u32
+        self.description.rank(id)
     }
 }
 

@@ -228,11 +228,20 @@ impl<const N: usize> From<[(&str, Value); N]> for Value {
 #[derive(Clone, Debug, Default)]
 pub struct SceneDescription {
     nodes: Vec<Node>,
-    /// The first node of each role and name; made when first asked for, and anew after a node was changed.
+    /// Made when first asked for, and anew after a node was changed.
     index: OnceLock<Index>,
 }
 
-type Index = HashMap<Role, HashMap<String, NodeId>>;
+/// What is looked up.
+#[derive(Clone, Debug, Default)]
+struct Index {
+    /// The first node of each role and name.
+    names: HashMap<Role, HashMap<String, NodeId>>,
+    /// Number of nodes of each role.
+    counts: HashMap<Role, u32>,
+    /// Place of each node among the nodes of its role.
+    ranks: Vec<u32>,
+}
 
 impl PartialEq for SceneDescription {
     fn eq(&self, other: &Self) -> bool {
@@ -241,7 +250,10 @@ impl PartialEq for SceneDescription {
 }
 
 fn enter(index: &mut Index, id: NodeId, node: &Node) {
-    index.entry(node.role).or_default().entry(node.name.clone()).or_insert(id);
+    index.names.entry(node.role).or_default().entry(node.name.clone()).or_insert(id);
+    let count = index.counts.entry(node.role).or_default();
+    index.ranks.push(*count);
+    *count += 1;
 }
 
 impl SceneDescription {
@@ -288,12 +300,20 @@ impl SceneDescription {
 
     /// The node of that role and name.
     pub fn find(&self, role: Role, name: &str) -> Option<NodeId> {
-        let index = self.index.get_or_init(|| {
-            let mut index = Index::new();
+        self.index().names.get(&role)?.get(name).copied()
+    }
+
+    /// Place of a node among the nodes of its role, from 0: the index of what is built from it.
+    pub fn rank(&self, id: NodeId) -> u32 {
+        self.index().ranks[id.0 as usize]
+    }
+
+    fn index(&self) -> &Index {
+        self.index.get_or_init(|| {
+            let mut index = Index::default();
             self.iter().for_each(|(id, node)| enter(&mut index, id, node));
             index
-        });
-        index.get(&role)?.get(name).copied()
+        })
     }
 }
 
@@ -308,6 +328,7 @@ mod tests {
         let [shape, light] = [Role::Shape, Role::Light].map(|role| scene.add(Node::new(role, "t", "a")));
         let second = scene.add(Node::new(Role::Shape, "t", "a"));
         assert_eq!((scene.find(Role::Shape, "a"), scene.find(Role::Light, "a")), (Some(shape), Some(light)));
+        assert_eq!([shape, light, second].map(|id| scene.rank(id)), [0, 0, 1]);
         scene.node_mut(shape).name = "b".to_owned();
         assert_eq!((scene.find(Role::Shape, "a"), scene.find(Role::Shape, "b")), (Some(second), Some(shape)));
         assert_eq!(scene, scene.clone());

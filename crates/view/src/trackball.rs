@@ -54,8 +54,8 @@ impl Turn {
     /// This rotation followed by that of a drag.
     #[must_use]
     pub fn then(self, drag: Self) -> Self {
-        let vector =
-            self.vector * drag.scalar + drag.vector * self.scalar + drag.vector.cross(self.vector);
+        // The transposed matrices multiply in the reverse order, so here the old rotation stands first.
+        let vector = self.vector * drag.scalar + drag.vector * self.scalar + self.vector.cross(drag.vector);
         let scalar = self.scalar * drag.scalar - self.vector.dot(drag.vector);
         let next = Self { vector, scalar, added: self.added + 1 };
         if next.added > RENORMALISE_AFTER { next.normalised() } else { next }

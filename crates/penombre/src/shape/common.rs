@@ -12,12 +12,17 @@ pub const MATERIAL: ParamSpec =
 
 /// The centre of a round shape.
 pub const CENTER: ParamSpec =
-    ParamSpec::with_default("center", Kind::Vec3, ParamDefault::Vec3([0.0; 3]), "The centre.").unit("m");
+    ParamSpec::with_default("center", Kind::Vec3, ParamDefault::Vec3([0.0; 3]), "The point in its middle.")
+        .unit("m");
 
 /// The radius of a round shape.
-pub const RADIUS: ParamSpec =
-    ParamSpec::with_default("radius", Kind::Float(Range::POSITIVE), ParamDefault::Float(1.0), "The radius.")
-        .unit("m");
+pub const RADIUS: ParamSpec = ParamSpec::with_default(
+    "radius",
+    Kind::Float(Range::POSITIVE),
+    ParamDefault::Float(1.0),
+    "Distance from the centre to the edge.",
+)
+.unit("m");
 
 /// Every shape's transform.
 pub const TRANSFORM: ParamSpec = ParamSpec::optional(

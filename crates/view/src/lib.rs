@@ -1,0 +1,11 @@
+//! The window's logic, without a window.
+//!
+//! A [`state::Viewer`] takes what a person does and says what is to be done; a [`session::Session`] is the scene
+//! that is shown, and the command that gives the same image; a [`progressive::ProgressiveRender`] traces it in
+//! the background, coarse first; [`preview::PreviewMesh`] is what a rasteriser draws meanwhile. Nothing here
+//! knows of a graphics card, a window system or a widget: a window is a thin layer on top, and all of this is
+//! tested without one.
+#![forbid(unsafe_code)]
+
+pub mod camera;
+pub mod trackball;
