@@ -6,6 +6,10 @@ variance comes from the spread within its pixels, the renderer's from the spread
 the renderer's pixels correlated, the means of whole blocks would spread more from run to run than their pixels say:
 that ratio is measured, and a ratio above 1 scales the variance up.
 
+The oracle's few samples may miss a rare event altogether (a sliver of another wall at a block's edge) and then claim
+no variance. The spread of many one-sample pictures of the renderer, with as many samples a pixel as the oracle took, is
+therefore a lower bound of the oracle's variance.
+
 Measured power of the quick size: a light moved by 1 cm or a tenth smaller fails, one a twentieth smaller passes.
 """
 
@@ -23,6 +27,8 @@ from images import Image
 from renderer import Renderer
 
 ALPHA = 0.01
+# Pictures of one sample a pixel whose spread bounds the oracle's variance from below.
+SINGLE_RUNS = 24
 # Added to every variance: rounding to 32 bits, and events too rare to be seen in any run (1/100 of an 8-bit step).
 FLOOR = 4e-5**2
 # Blocks whose variance is below the floor (black, or evenly lit) must simply be equal to this.
@@ -62,17 +68,21 @@ def compare_soft(renderer: Renderer, check: SoftCheck) -> Iterator[tuple[str, bo
     """Name, verdict and figure for each channel: many short runs with different seeds, then one long run."""
     runs = [_run(renderer, check, seed, check.spp) for seed in range(1, check.seeds + 1)]
     long = _run(renderer, check, 99, check.long_spp)
+    single = [_run(renderer, check, 100 + seed, 1) for seed in range(SINGLE_RUNS)]
     for block in check.blocks:
-        yield from _compare_blocks(runs, long, check, block)
+        yield from _compare_blocks(runs, long, single, check, block)
 
 
 def _compare_blocks(
-    runs: list[Image], long: Image, check: SoftCheck, block: int
+    runs: list[Image], long: Image, single: list[Image], check: SoftCheck, block: int
 ) -> Iterator[tuple[str, bool, str]]:
     scene = scenes.load("cornell")
     blocks = rendering.soft_blocks(scene, 2, check.edge, check.edge, check.oracle_samples, block, seed=1)
     for channel, color in enumerate(("red", "green", "blue")):
-        oracle = _Estimate([b.mean[channel] for b in blocks], [b.variance[channel] for b in blocks])
+        spread, _ = _from_runs(single, channel, check.edge, block)
+        least = [v * SINGLE_RUNS / check.oracle_samples for v in spread.variance]
+        variance = [max(b.variance[channel], v) for b, v in zip(blocks, least)]
+        oracle = _Estimate([b.mean[channel] for b in blocks], variance)
         short, ratio = _from_runs(runs, channel, check.edge, block)
         verdict, figure = _chi2(short, oracle, check.tests)
         name = f"soft shadows, {block} x {block} blocks, {color}, {check.seeds} x {check.spp} samples"

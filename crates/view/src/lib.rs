@@ -8,4 +8,5 @@
 #![forbid(unsafe_code)]
 
 pub mod camera;
+pub mod progressive;
 pub mod trackball;
