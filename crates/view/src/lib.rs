@@ -8,5 +8,8 @@
 #![forbid(unsafe_code)]
 
 pub mod camera;
+pub mod preview;
 pub mod progressive;
+pub mod raster;
+pub mod session;
 pub mod trackball;

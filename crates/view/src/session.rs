@@ -271,6 +271,11 @@ impl Session {
         }
         Edit::Size(size).apply(&mut description, &mut Default::default(), &mut Diagnostics::default());
         auto::complete(&mut description, &self.loaded.assets);
+        // Changes of nodes that have only now been added; the others are applied already, and again is harmless.
+        for set in &self.source.sets {
+            let edit = Edit::Set(set.clone());
+            edit.apply(&mut description, &mut Default::default(), &mut Diagnostics::default());
+        }
         description
     }
 

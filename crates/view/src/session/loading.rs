@@ -5,12 +5,16 @@ use crate::preview::Limits;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
+/// What is said when the thread has ended without a result.
+const BROKEN: &str = "loading broke off: this is a fault of the program";
+
 /// A scene on its way. The one that is shown stays until [`Loading::poll`] brings the new one. Dropped, it is
 /// forgotten: its thread ends by itself.
 #[derive(Debug)]
 pub struct Loading {
     source: Source,
-    result: Receiver<Result<Session, String>>,
+    /// Empty once the result was taken.
+    result: Option<Receiver<Result<Session, String>>>,
 }
 
 impl Loading {
@@ -27,7 +31,7 @@ impl Loading {
         if let Err(e) = spawned {
             let _ = failed.send(Err(format!("the system gives no thread: {e}")));
         }
-        Self { source, result }
+        Self { source, result: Some(result) }
     }
 
     /// What is being loaded.
@@ -36,11 +40,14 @@ impl Loading {
     }
 
     /// The scene, or all faults as text for a person; `None` while it is not there yet, and after it was taken.
-    pub fn poll(&self) -> Option<Result<Session, String>> {
-        match self.result.try_recv() {
-            Ok(result) => Some(result),
-            Err(TryRecvError::Empty | TryRecvError::Disconnected) => None,
-        }
+    pub fn poll(&mut self) -> Option<Result<Session, String>> {
+        let result = match self.result.as_ref()?.try_recv() {
+            Ok(result) => result,
+            Err(TryRecvError::Empty) => return None,
+            Err(TryRecvError::Disconnected) => Err(BROKEN.to_owned()),
+        };
+        self.result = None;
+        Some(result)
     }
 
     /// Waits for the scene.
@@ -49,7 +56,7 @@ impl Loading {
     ///
     /// All faults, as text for a person.
     pub fn wait(self) -> Result<Session, String> {
-        let broken = |_| Err("loading broke off: this is a fault of the program".to_owned());
-        self.result.recv().unwrap_or_else(broken)
+        let received = self.result.and_then(|result| result.recv().ok());
+        received.unwrap_or_else(|| Err(BROKEN.to_owned()))
     }
 }
