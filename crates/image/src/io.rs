@@ -6,7 +6,8 @@ use crate::format::Format;
 use crate::image::Image;
 use crate::tone::ToneCurve;
 use std::cell::Cell;
-use std::io::Write;
+use std::fs::File;
+use std::io::{Read, Write};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
@@ -105,9 +106,23 @@ pub fn encode(
 ///
 /// A failure of the file system, or what [`decode`] finds wrong.
 pub fn load(path: &Path) -> Result<Image, ImageError> {
-    let bytes = std::fs::read(path).map_err(|e| ImageError::new(path, ImageErrorKind::Io(e)))?;
+    let fail = |kind| ImageError::new(path, kind);
+    let mut file = File::open(path).map_err(|e| fail(ImageErrorKind::Io(e)))?;
+    // The first bytes decide: what is no image (a device without end, a film) is not read to its end.
+    let mut bytes = Vec::new();
+    Read::by_ref(&mut file).take(HEAD).read_to_end(&mut bytes).map_err(|e| fail(ImageErrorKind::Io(e)))?;
+    if Format::from_content(&bytes).is_none() {
+        return Err(fail(ImageErrorKind::UnknownContent { found: readable(&bytes) }));
+    }
+    file.take(MAX_FILE).read_to_end(&mut bytes).map_err(|e| fail(ImageErrorKind::Io(e)))?;
     decode(&bytes, path, ColorSpace::Auto).map(|d| d.image)
 }
+
+/// Bytes that tell a format.
+const HEAD: u64 = 64;
+
+/// Bytes of a file that are read at most: [`MAX_PIXELS`] of four floats, and a header.
+const MAX_FILE: u64 = MAX_PIXELS * 16 + (1 << 20);
 
 /// Decodes the bytes of an image file, whose format is told by the first of them; `name` is for messages only.
 ///

@@ -171,3 +171,12 @@ fn gigantic_sizes_are_refused_before_memory_is_taken() {
         assert!(error.contains(hint) && error.contains("byte"), "{error}");
     }
 }
+
+#[cfg(unix)]
+#[test]
+fn devices_without_end_are_not_read() {
+    for device in ["/dev/zero", "/dev/null"] {
+        let error = penombre_image::load(std::path::Path::new(device)).unwrap_err().to_string();
+        assert!(error.contains(device) && error.contains("expected the start of a PNG"), "{error}");
+    }
+}
