@@ -8,8 +8,10 @@
 #![forbid(unsafe_code)]
 
 pub mod camera;
+pub mod keys;
 pub mod preview;
 pub mod progressive;
 pub mod raster;
 pub mod session;
+pub mod state;
 pub mod trackball;

@@ -58,8 +58,7 @@ impl Vertex {
 
     /// The numbers in the order of the fields.
     pub fn to_array(&self) -> [f32; 12] {
-        let ([a, b, c], [d, e, f], [g, h], [i, j, k, l]) =
-            (self.position, self.normal, self.uv, self.color);
+        let ([a, b, c], [d, e, f], [g, h], [i, j, k, l]) = (self.position, self.normal, self.uv, self.color);
         [a, b, c, d, e, f, g, h, i, j, k, l]
     }
 }
@@ -115,10 +114,8 @@ impl PreviewMesh {
         }
         let mut mesh = builder.finish();
         mesh.materials = material::all(scene, limits.texture_bytes);
-        let light = |center: Vec3, color: Spectrum| PreviewLight {
-            center: center.to_array(),
-            color: color.to_rgb(),
-        };
+        let light =
+            |center: Vec3, color: Spectrum| PreviewLight { center: center.to_array(), color: color.to_rgb() };
         let lights = scene.lights().iter().map(|l| light(l.value.center(), l.value.classic_color()));
         mesh.lights = lights.collect();
         mesh

@@ -267,7 +267,7 @@ struct Sums {
     non_finite: u64,
     /// Tiles that have a sample.
     begun: Vec<bool>,
-    /// When the last snapshot was published, and when the next may be.
+    /// When the next snapshot may be published.
     next: Instant,
 }
 
@@ -279,14 +279,15 @@ impl<'a> Worker<'a> {
     }
 
     fn run(&self) -> State {
+        let sums = Sums::new(&self.job);
         let mut coarse = None;
         for part in COARSE {
             let Some(image) = self.coarse(part) else { return State::Cancelled };
             let image = Arc::new(image);
-            self.publish(image.clone(), Stage::Coarse, self.figures(&Sums::new(&self.job), self.job.spp));
+            self.publish(image.clone(), Stage::Coarse, self.figures(&sums, self.job.spp));
             coarse = Some(image);
         }
-        let sums = Mutex::new(Sums::new(&self.job));
+        let sums = Mutex::new(sums);
         let (mut done, mut target) = (0, self.job.spp);
         loop {
             let stage = if done == 0 { Stage::Refining } else { Stage::Beyond };

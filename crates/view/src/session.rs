@@ -46,7 +46,10 @@ impl Source {
     /// A text for a person if the path is no Unicode.
     pub fn file(path: &std::path::Path) -> Result<Self, String> {
         let Some(text) = path.to_str() else {
-            return Err(format!("the name of {} is no Unicode: rename the file or its folder", path.display()));
+            return Err(format!(
+                "the name of {} is no Unicode: rename the file or its folder",
+                path.display()
+            ));
         };
         let doubtful = text.starts_with('-') || penombre_scene::builtin::NAMES.contains(&text);
         Ok(Self { scene: if doubtful { format!("./{text}") } else { text.to_owned() }, ..Self::default() })
@@ -124,8 +127,7 @@ impl Session {
         // As for the command, the size is known while loading: the camera of a bare mesh is fitted to it.
         let edit = size.map(Edit::Size);
         let sets = source.sets.iter().cloned().chain(edit.iter().filter_map(Edit::early)).collect();
-        let mut loaded =
-            load(&source.scene, &LoadOptions { asset_roots: source.asset_roots.clone(), sets });
+        let mut loaded = load(&source.scene, &LoadOptions { asset_roots: source.asset_roots.clone(), sets });
         let plan = if loaded.readable {
             Plan::new(&loaded.description, &loaded.assets, &mut loaded.diagnostics)
         } else {
@@ -340,7 +342,7 @@ fn has_area(node: &Node) -> bool {
     found.is_some_and(|t| t.schema.iter().any(|p| p.name == "shadow_samples"))
 }
 
-/// The camera of that name, or the one that a scene without a camera gets. The description was built: it is sound.
+/// The camera of that name, with the numbers that stand in the file, or the one that a scene without a camera gets. The description was built: it is sound.
 fn look_at_of(description: &SceneDescription, name: Option<&str>, bounds: &Bounds3, aspect: f32) -> LookAt {
     let cube = Bounds3 { min: Vec3::NEG_ONE, max: Vec3::ONE };
     let named = name.and_then(|name| description.find(Role::Camera, name));
@@ -352,9 +354,9 @@ fn look_at_of(description: &SceneDescription, name: Option<&str>, bounds: &Bound
     let info = AnyCamera::TYPES.iter().find(is).unwrap_or(&AnyCamera::TYPES[0]);
     let p = Params::decode(&node, info.schema, description, &mut Diagnostics::default());
     LookAt {
-        position: p.vec3("position").as_dvec3(),
-        target: p.vec3("target").as_dvec3(),
-        up: p.vec3("up").as_dvec3(),
+        position: edits::wide(p.vec3("position")),
+        target: edits::wide(p.vec3("target")),
+        up: edits::wide(p.vec3("up")),
         lens: if info.schema.iter().any(|s| s.name == "height") {
             Lens::Orthographic { height: p.f64("height") }
         } else {
@@ -368,18 +370,17 @@ fn look_at_of(description: &SceneDescription, name: Option<&str>, bounds: &Bound
 fn values(description: &SceneDescription, plan: &Plan) -> SceneValues {
     let default = Node::new(Role::Integrator, Classic::NAME, Classic::NAME);
     let classic = description.find(Role::Integrator, Classic::NAME).map(|id| description.node(id));
-    let decode = |node: &Node| {
-        Params::decode(node, Classic::SCHEMA, description, &mut Diagnostics::default())
-    };
+    let decode =
+        |node: &Node| Params::decode(node, Classic::SCHEMA, description, &mut Diagnostics::default());
     let p = decode(classic.unwrap_or(&default));
-    let samples = plan.scene.lights().iter().map(|light| light.value.shadow_samples());
+    let mut samples = plan.scene.lights().iter().map(|light| light.value.shadow_samples());
     SceneValues {
         size: plan.job.size,
         spp: plan.job.spp,
         integrator: plan.integrator.name().to_owned(),
         phase: p.int("phase") as u8,
         hard_shadows: p.bool("hard_shadows"),
-        shadow_samples: samples.filter(|n| *n > 0).max_by_key(|_| 0),
+        shadow_samples: samples.find(|n| *n > 0),
     }
 }
 

@@ -1,7 +1,7 @@
 //! The course's virtual trackball: a mouse drag becomes a rotation.
 //!
 //! A point of the window is lifted onto a surface over it: a sphere of radius 0.8 around the window's middle,
-//! continued outside by a hyperbolic sheet \[Bell1988\]. A drag from one lifted point to the other turns about
+//! continued outside by a hyperbolic sheet; the ball is that of \[Chen1988\], the sheet is Gavin Bell's. A drag from one lifted point to the other turns about
 //! the axis that is perpendicular to both. All in `f32`, as the course's program computes.
 //!
 //! The sign convention is the classic one and easy to get wrong. The axis is p₂ × p₁ (*not* p₁ × p₂), and the

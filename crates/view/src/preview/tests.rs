@@ -18,9 +18,8 @@ fn builtin(name: &str) -> SceneDescription {
 /// A ball and many more of it.
 fn balls(count: i64) -> SceneDescription {
     let mut d = builtin("sphere");
-    let places: Vec<Value> = (0..count)
-        .map(|i| vec![Value::from([("translate", Value::from([3 * i, 0, 0]))])].into())
-        .collect();
+    let places: Vec<Value> =
+        (0..count).map(|i| vec![Value::from([("translate", Value::from([3 * i, 0, 0]))])].into()).collect();
     d.add(Node::new(Role::Instance, "instance", "more").with("of", "sphere").with("transforms", places));
     d
 }
@@ -63,12 +62,10 @@ fn bytes_are_the_numbers_without_gaps() {
     assert_eq!(bytes.len(), mesh.vertices.len() * Vertex::STRIDE);
     let number = |i: usize| f32::from_le_bytes(std::array::from_fn(|k| bytes[i * 4 + k]));
     let second = &mesh.vertices[1];
-    assert_eq!((number(12), number(17), number(18), number(23)), (
-        second.position[0],
-        second.normal[2],
-        second.uv[0],
-        1.0
-    ));
+    assert_eq!(
+        (number(12), number(17), number(18), number(23)),
+        (second.position[0], second.normal[2], second.uv[0], 1.0)
+    );
     assert_eq!(mesh.index_bytes().len(), mesh.indices.len() * 4);
 }
 
@@ -89,7 +86,8 @@ fn edges_are_those_of_the_triangles_once() {
 #[test]
 fn textures_are_baked_as_rays_see_them() {
     let mut d = builtin("square");
-    let checks = Node::new(Role::Texture, "checker", "checks").with("scale", [4, 2]).with("b", [3.0, 0.0, 0.5]);
+    let checks =
+        Node::new(Role::Texture, "checker", "checks").with("scale", [4, 2]).with("b", [3.0, 0.0, 0.5]);
     d.add(checks);
     let id = d.of_role(Role::Material).next().unwrap().0;
     d.node_mut(id).set("diffuse", Value::from([("texture", "checks".into())]));
@@ -103,10 +101,10 @@ fn textures_are_baked_as_rays_see_them() {
     for (u, v) in [(0.1, 0.1), (0.3, 0.1), (0.9, 0.7), (0.6, 0.3), (0.1, 0.9)] {
         let expected = scene.material_view(0, Vec2::new(u, v)).diffuse.to_rgb();
         let texel = ((v * 512.0) as usize * 512 + (u * 512.0) as usize) * 4;
-        for channel in 0..3 {
+        for (channel, expected) in expected.into_iter().enumerate() {
             let code = texture.rgba[texel + channel];
             let found = penombre_math::color::srgb_decode_u8(code) * material.diffuse[channel];
-            assert!((found - expected[channel]).abs() < 0.02, "{u} {v}");
+            assert!((found - expected).abs() < 0.02, "{u} {v}");
         }
     }
     // Many textures share the memory.
@@ -137,7 +135,10 @@ fn memory_is_bounded_and_what_is_missing_is_said() {
     assert!(mesh.triangles() > 150_000);
     assert!((mesh.bounds().max - scene.bounds().max).length() < 1e-3);
     let note = mesh.note.unwrap();
-    assert!(note.contains("1001 objects") && note.contains("as boxes") && !note.contains("not at all"), "{note}");
+    assert!(
+        note.contains("1001 objects") && note.contains("as boxes") && !note.contains("not at all"),
+        "{note}"
+    );
     // Not even room for one ball: a part of its triangles, some boxes, and the rest is left out.
     let limits = Limits { triangles: one / 2, vertices: one, ..Limits::default() };
     let mesh = within(&limits);

@@ -43,7 +43,10 @@ fn the_complete_image_has_the_bits_of_the_command() {
         assert_eq!(render.wait(), State::Finished);
         let complete = render.complete().unwrap();
         assert_eq!(complete.image.digest(), expected, "{threads} threads");
-        assert_eq!((complete.stage, complete.figures.spp, complete.figures.target), (Stage::Complete, 20.0, 20));
+        assert_eq!(
+            (complete.stage, complete.figures.spp, complete.figures.target),
+            (Stage::Complete, 20.0, 20)
+        );
         assert_eq!(complete.figures.seconds_left, 0.0);
         assert_eq!(render.take_snapshot().unwrap().image.digest(), expected);
         assert!(render.take_snapshot().is_none(), "a snapshot is taken once");

@@ -1,7 +1,7 @@
 //! Changes of a scene that are options of the command at the same time.
 
-use penombre_math::Vec3;
-use penombre_scene::{Diagnostics, Node, Role, SceneDescription, Sources, Value, ValueKind, set};
+use penombre_math::{DVec3, Vec3};
+use penombre_scene::{Diagnostics, Node, SceneDescription, Sources, Value, ValueKind, set};
 use std::path::Path;
 
 /// One change.
@@ -69,10 +69,16 @@ impl Edit {
     }
 }
 
-/// Numbers as short as they can be written such that rounding to `f32`, as cameras do, gives `v` again.
-pub fn short(v: Vec3) -> Value {
+/// Numbers as short as they can be written such that rounding to `f32`, as cameras do, gives `v` again: 6.1 and not
+/// 6.099999904632568.
+pub fn wide(v: Vec3) -> DVec3 {
     let number = |c: f32| c.to_string().parse::<f64>().unwrap_or(f64::from(c));
-    v.to_array().map(number).into()
+    DVec3::from_array(v.to_array().map(number))
+}
+
+/// The same as a value.
+pub fn short(v: Vec3) -> Value {
+    wide(v).to_array().into()
 }
 
 /// A value as TOML; numbers read back as the same bits.
@@ -103,9 +109,9 @@ fn text(v: &str) -> String {
     let mut result = String::from("\"");
     for c in v.chars() {
         match c {
-            '"' => result.push_str("\\\""),
             '\\' => result.push_str("\\\\"),
-            c if c.is_control() => result.push_str(&format!("\\u{:04x}", u32::from(c))),
+            // Written as a number, a quote is not taken for the end by those who look for `=` outside quotes.
+            c if c == '"' || c.is_control() => result.push_str(&format!("\\u{:04x}", u32::from(c))),
             c => result.push(c),
         }
     }
@@ -115,18 +121,17 @@ fn text(v: &str) -> String {
 
 /// The node as lines of a scene file.
 pub fn toml(node: &Node) -> String {
-    let mut lines =
-        format!("[{}.{}]\ntype = {}\n", node.role.name(), key(&node.name), text(&node.type_name));
+    let mut lines = format!("[{}.{}]\ntype = {}\n", node.role.name(), key(&node.name), text(&node.type_name));
     for param in &node.params {
         lines += &format!("{} = {}\n", key(&param.name), written(&param.value));
     }
     lines
 }
 
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use penombre_scene::Role;
 
     /// Writes a value with `--set` and reads it back.
     fn round_trip(name: &str, value: Value) -> Option<Value> {

@@ -27,7 +27,9 @@ mod tests {
     #[cfg(unix)]
     #[test]
     fn the_shell_reads_the_words_back() {
-        for word in ["plain", "a b", "it's", "\"q\"", "$x `y` \\z", "*?[a]", "né\ttab", "~", "#x", "!", "a=[1.5,-2]"] {
+        for word in
+            ["plain", "a b", "it's", "\"q\"", "$x `y` \\z", "*?[a]", "né\ttab", "~", "#x", "!", "a=[1.5,-2]"]
+        {
             let script = format!("printf %s {}", quote(word));
             let out = std::process::Command::new("sh").args(["-c", &script]).output().unwrap();
             assert_eq!(String::from_utf8(out.stdout).unwrap(), word);
