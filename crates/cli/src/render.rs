@@ -116,7 +116,6 @@ fn write_options(args: &RenderArgs, prepared: &Prepared) -> WriteOptions {
             entry("penombre:spp", job.spp.to_string()),
             entry("penombre:seed", job.seed.to_string()),
         ],
-        ..WriteOptions::default()
     }
 }
 

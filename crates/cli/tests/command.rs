@@ -1,4 +1,5 @@
 //! The command as a user meets it: files, exit status, what is said where.
+#![allow(clippy::unwrap_used, reason = "a test may fail anywhere")]
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};

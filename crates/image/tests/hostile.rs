@@ -176,7 +176,7 @@ fn gigantic_sizes_are_refused_before_memory_is_taken() {
 #[test]
 fn devices_without_end_are_not_read() {
     for device in ["/dev/zero", "/dev/null"] {
-        let error = penombre_image::load(std::path::Path::new(device)).unwrap_err().to_string();
+        let error = load(Path::new(device)).unwrap_err().to_string();
         assert!(error.contains(device) && error.contains("expected the start of a PNG"), "{error}");
     }
 }

@@ -78,13 +78,16 @@ fn parse(argument: &str, file: FileId, out: &mut Diagnostics) -> Option<Set> {
 /// The first `=` outside quotes.
 fn equals_sign(text: &str) -> Option<usize> {
     let mut quote = None;
+    let mut escaped = false;
     for (i, c) in text.char_indices() {
         match (quote, c) {
             (None, '=') => return Some(i),
             (None, '"' | '\'') => quote = Some(c),
-            (Some(q), _) if q == c => quote = None,
+            (Some(q), _) if q == c && !escaped => quote = None,
             _ => {}
         }
+        // As in TOML: only double quotes know escapes.
+        escaped = quote == Some('"') && c == '\\' && !escaped;
     }
     None
 }

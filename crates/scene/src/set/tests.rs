@@ -123,3 +123,12 @@ fn faults_name_the_word_and_the_candidates() {
     assert!(faults[2].2.contains("left-sphere"));
     assert!(faults[3].2.contains("did you mean `right-sphere`?"));
 }
+
+#[test]
+fn the_equals_sign_stands_outside_quotes_whatever_is_escaped_in_them() {
+    assert_eq!(equals_sign(r#"camera."a=b".fov=4"#), Some(16));
+    assert_eq!(equals_sign(r#"camera."q\"=q".fov=4"#), Some(18));
+    assert_eq!(equals_sign(r#"camera."q\\"=4"#), Some(12));
+    assert_eq!(equals_sign(r"camera.'q\'=4"), Some(11));
+    assert_eq!(equals_sign("camera.fov"), None);
+}
