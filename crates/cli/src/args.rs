@@ -54,10 +54,10 @@ pub struct SceneArgs {
     #[arg(long, value_name = "DIR")]
     pub asset_root: Vec<PathBuf>,
     /// Width and height of the image, pixels.
-    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    #[arg(long, value_name = "WxH", value_parser = parse_size, allow_hyphen_values = true)]
     pub size: Option<[u32; 2]>,
     /// Samples per pixel.
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=16_777_216))]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=16_777_216))]
     pub spp: Option<u32>,
     /// The camera: its name, or its number from 0.
     #[arg(long, value_name = "NAME|INDEX")]
@@ -141,7 +141,7 @@ pub struct DiffArgs {
     #[arg(short, long, value_name = "HEATMAP")]
     pub output: Option<PathBuf>,
     /// Images count as equal if no value differs by more.
-    #[arg(long, value_name = "X", default_value_t = 0.0, value_parser = parse_tolerance)]
+    #[arg(long, value_name = "X", default_value_t = 0.0, value_parser = parse_tolerance, allow_negative_numbers = true)]
     pub tolerance: f32,
 }
 
@@ -150,7 +150,7 @@ pub struct TraceArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
     /// Column and row of the pixel, from 0 at the upper left.
-    #[arg(long, value_name = "X,Y", value_parser = parse_pixel)]
+    #[arg(long, value_name = "X,Y", value_parser = parse_pixel, allow_hyphen_values = true)]
     pub pixel: [u32; 2],
     /// Index of the sample, from 0.
     #[arg(long, value_name = "K", default_value_t = 0)]
@@ -179,7 +179,7 @@ fn parse_pixel(text: &str) -> Result<[u32; 2], String> {
 fn parse_finite(text: &str) -> Result<f32, String> {
     match text.parse::<f32>() {
         Ok(v) if v.is_finite() => Ok(v),
-        _ => Err("expected a finite number".to_owned()),
+        _ => Err("expected a number from -1e38 to 1e38".to_owned()),
     }
 }
 

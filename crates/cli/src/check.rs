@@ -1,13 +1,13 @@
 //! `penombre check`.
 
-use crate::args::CheckArgs;
+use crate::args::{CheckArgs, Verbosity};
 use crate::scene::examine;
 use crate::{Exit, report, terminal};
 use penombre_scene::Severity;
 use penombre_scene::report::to_json;
 
 /// Prints all faults and advice about a scene and renders nothing.
-pub fn run(args: &CheckArgs) -> Exit {
+pub fn run(args: &CheckArgs, verbosity: &Verbosity) -> Exit {
     let (mut loaded, _, _) = examine(&args.scene);
     loaded.diagnostics.sort_by_place();
     let count = |severity| loaded.diagnostics.count(severity);
@@ -16,14 +16,13 @@ pub fn run(args: &CheckArgs) -> Exit {
         let faults: Vec<_> = loaded.diagnostics.iter().map(|d| to_json(d, &loaded.sources)).collect();
         terminal::out(&serde_json::Value::from(faults).to_string());
     } else {
-        report::print(&loaded.diagnostics, &loaded.sources, false);
+        report::print(&loaded.diagnostics, &loaded.sources, verbosity.quiet);
         let part = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
         let (warnings, advice) = (part(count(Severity::Warning), "warning"), count(Severity::Advice));
-        terminal::out(&format!(
-            "{}: {}, {warnings}, {advice} advice",
-            args.scene.scene,
-            part(errors, "error")
-        ));
+        let summary = format!("{}: {}, {warnings}, {advice} advice", args.scene.scene, part(errors, "error"));
+        if !verbosity.quiet {
+            terminal::out(&summary);
+        }
     }
     if errors > 0 { Exit::Usage } else { Exit::Done }
 }

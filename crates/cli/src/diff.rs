@@ -1,6 +1,6 @@
 //! `penombre diff`.
 
-use crate::args::DiffArgs;
+use crate::args::{DiffArgs, Verbosity};
 use crate::{Exit, report, terminal};
 use penombre_image::metrics::{Comparison, compare};
 use penombre_image::{Image, WriteOptions, heatmap, metrics};
@@ -8,7 +8,12 @@ use serde_json::json;
 use std::path::Path;
 
 /// Compares two images. 0: equal within the tolerance, 1: different, 2: they cannot be compared.
-pub fn run(args: &DiffArgs) -> Exit {
+pub fn run(args: &DiffArgs, verbosity: &Verbosity) -> Exit {
+    if let Some(output) = args.output.as_deref().filter(|o| same_file(o, &args.a) || same_file(o, &args.b)) {
+        let message = format!("the heat map would replace {}, one of the images", output.display());
+        report::error(&message, "choose another name for `-o`");
+        return Exit::Usage;
+    }
     let (Some(a), Some(b)) = (read(&args.a), read(&args.b)) else { return Exit::Usage };
     let comparison = match compare(&a, &b) {
         Ok(comparison) => comparison,
@@ -28,16 +33,23 @@ pub fn run(args: &DiffArgs) -> Exit {
             return Exit::Usage;
         }
     }
-    let equal = comparison.max_abs <= f64::from(args.tolerance);
-    print(args, &comparison, equal);
+    let equal = comparison.max_abs <= f64::from(args.tolerance) && comparison.non_finite == 0;
+    if args.json || !verbosity.quiet {
+        print(args, &comparison, equal);
+    }
     if equal { Exit::Done } else { Exit::Failure }
+}
+
+/// True if both paths lead to one file that is there.
+fn same_file(a: &Path, b: &Path) -> bool {
+    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
 fn read(path: &Path) -> Option<Image> {
     match penombre_image::load(path) {
         Ok(image) => Some(image),
         Err(error) => {
-            report::error(&error.to_string(), "");
+            report::error(&error.to_string(), "images are PNG, JPEG, PPM, PFM, OpenEXR or Radiance files");
             None
         }
     }
@@ -49,9 +61,15 @@ fn print(args: &DiffArgs, c: &Comparison, equal: bool) {
         let line = json!({
             "a": args.a, "b": args.b, "equal": equal, "tolerance": args.tolerance,
             "mse": c.mse, "rmse": c.rmse, "rel_mse": c.rel_mse, "psnr": c.psnr, "ssim": c.ssim,
-            "flip": c.flip, "max": c.max_abs, "mean_ratio": c.mean_ratio,
+            "flip": c.flip, "max": c.max_abs, "mean_ratio": c.mean_ratio, "non_finite": c.non_finite,
         });
         return terminal::out(&line.to_string());
+    }
+    if c.non_finite > 0 {
+        terminal::out(&format!(
+            "{} pixels are not finite in one of the images and were left out",
+            c.non_finite
+        ));
     }
     let verdict = if equal { "equal" } else { "different" };
     terminal::out(&format!(

@@ -57,9 +57,11 @@ fn main() -> ExitCode {
     let ended = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| match &cli.command {
         Command::Render(args) => render::run(args, &cli.verbosity),
         Command::Info(args) => info::run(args),
-        Command::Check(args) => check::run(args),
-        Command::Diff(args) => diff::run(args),
+        Command::Check(args) => check::run(args, &cli.verbosity),
+        Command::Diff(args) => diff::run(args, &cli.verbosity),
         Command::Trace(args) => trace::run(args),
     }));
-    ExitCode::from(ended.map_or(1, Exit::code))
+    let code = ended.map_or(1, Exit::code);
+    // A result that could not be written is no success.
+    ExitCode::from(if code == 0 && terminal::has_failed() { 1 } else { code })
 }

@@ -28,6 +28,30 @@ impl Output {
         asked.iter().map(output).collect()
     }
 
+    /// Reports outputs that are asked for twice, and `--course-ppm` without a file that it is for. True if all is well.
+    pub fn check_all(outputs: &[Self], course_ppm: bool) -> bool {
+        let absolute = |o: &Self| match o {
+            Self::File(path) => std::path::absolute(path).unwrap_or_else(|_| path.clone()),
+            Self::StandardOutput => PathBuf::from("-"),
+        };
+        let places: Vec<PathBuf> = outputs.iter().map(absolute).collect();
+        for (i, place) in places.iter().enumerate() {
+            if places[..i].contains(place) {
+                report::error(
+                    &format!("the output {} is asked for twice", outputs[i].name()),
+                    "name it once",
+                );
+                return false;
+            }
+        }
+        let is_ppm = |place: &PathBuf| place.extension().is_some_and(|e| e.eq_ignore_ascii_case("ppm"));
+        if course_ppm && !places.iter().any(is_ppm) {
+            report::error("`--course-ppm` is given, but no output ends in .ppm", "add `-o rendu.ppm`");
+            return false;
+        }
+        true
+    }
+
     /// How messages call it.
     pub fn name(&self) -> String {
         match self {
@@ -40,13 +64,17 @@ impl Output {
     /// too full for an image of that size. True if all is well.
     pub fn check(&self, size: [u32; 2]) -> bool {
         let Self::File(path) = self else { return true };
+        if path.is_dir() {
+            report::error(&format!("cannot write {}: it is a folder", path.display()), "name a file in it");
+            return false;
+        }
         if let Err(error) = Format::from_path(path) {
             report::error(&error.to_string(), "name the output with one of the extensions");
             return false;
         }
         if let Err(error) = penombre_sys::check_writable(path) {
             let help = "nothing was rendered; choose another place with `-o FILE`";
-            report::error(&format!("cannot write {}: {error}", path.display()), help);
+            report::error(&format!("cannot write {error}"), help);
             return false;
         }
         // The largest format takes four bytes for each of three channels, and a header.

@@ -21,6 +21,7 @@ impl Progress {
         if let Ok(style) = ProgressStyle::with_template(template) {
             bar.set_style(style.progress_chars("█▉▊▋▌▍▎▏ "));
         }
+        bar.set_message("0 spp");
         Self { bar, per_pixel: 1.0 / pixels.max(1) as f64 }
     }
 

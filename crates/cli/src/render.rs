@@ -25,7 +25,7 @@ pub fn run(args: &RenderArgs, verbosity: &Verbosity) -> Exit {
     let size = prepared.plan.job.size;
     // All of them, so that all faults are told at once.
     let faulty = outputs.iter().filter(|o| !o.check(size)).count();
-    if faulty > 0 {
+    if faulty > 0 || !Output::check_all(&outputs, args.course_ppm) {
         return Exit::Usage;
     }
     if !fits_in_memory(size) {

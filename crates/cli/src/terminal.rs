@@ -1,11 +1,24 @@
 //! Printing that survives a closed pipe.
 
-use std::io::{IsTerminal, Write};
+use std::io::{ErrorKind, IsTerminal, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Writes a text and a newline to standard output. A reader that has gone away is no fault.
+static FAILED: AtomicBool = AtomicBool::new(false);
+
+/// Writes a text and a newline to standard output. A reader that has gone away is no fault; a full disk is, and is
+/// told once.
 pub fn out(text: &str) {
     let mut stdout = std::io::stdout().lock();
-    let _ = writeln!(stdout, "{text}").and_then(|()| stdout.flush());
+    let written = writeln!(stdout, "{text}").and_then(|()| stdout.flush());
+    let fault = written.err().filter(|e| e.kind() != ErrorKind::BrokenPipe);
+    if let Some(error) = fault.filter(|_| !FAILED.swap(true, Ordering::Relaxed)) {
+        err(&format!("error: cannot write to standard output: {error}"));
+    }
+}
+
+/// True if something could not be written to standard output.
+pub fn has_failed() -> bool {
+    FAILED.load(Ordering::Relaxed)
 }
 
 /// Writes a text and a newline to standard error.

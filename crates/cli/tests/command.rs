@@ -132,6 +132,15 @@ fn standard_output_takes_a_whole_png_and_nothing_else() {
 }
 
 #[test]
+fn a_png_without_curve_reads_back_as_what_was_rendered() {
+    let folder = Folder::new();
+    folder.ok(&small(&["render", "square"], &["-o", "a.png", "-o", "a.exr"]));
+    folder.ok(&["diff", "a.png", "a.exr", "--tolerance", "0.002"]);
+    let said = folder.refused(&["diff", "a.png", "a.exr", "-o", "a.png"]);
+    assert!(said.contains("would replace"), "{said}");
+}
+
+#[test]
 fn the_courses_format_is_exact() {
     let folder = Folder::new();
     folder.ok(&[
@@ -195,6 +204,12 @@ fn wrong_command_lines_are_refused() {
         (vec!["render", "cornell", "--nose", "0.1"], "--nose"),
         (vec!["render", "cornell", "--size", "0x4"], "0x4"),
         (vec!["render", "cornell", "--spp", "0"], "--spp"),
+        (vec!["render", "cornell", "--spp", "-1"], "--spp"),
+        (vec!["render", "cornell", "--size", "-1x5"], "whole number of pixels"),
+        (vec!["render", "cornell", "--size", "65536x65536"], "pixels"),
+        (vec!["render", "cornell", "--course-ppm"], "no output ends in .ppm"),
+        (vec!["render", "cornell", "-o", "a.png", "-o", "./a.png"], "twice"),
+        (vec!["render", "cornell", "-o", "."], "is a folder"),
         (vec!["render", "cornell", "--phase", "5"], "--phase"),
         (vec!["render", "cornell", "--tone", "agx"], "--tone"),
         (vec!["render", "cornell", "--integrator", "path"], "unknown integrator `path`"),

@@ -110,6 +110,12 @@ impl Diagnostics {
         self.list.iter().filter(|d| d.severity == severity).count()
     }
 
+    /// True if there are so many that near names are no longer looked for: that takes time in the number of names.
+    pub(crate) fn is_long(&self) -> bool {
+        const LONG: usize = 200;
+        self.list.len() >= LONG
+    }
+
     /// True if there is nothing to say.
     pub fn is_empty(&self) -> bool {
         self.list.is_empty()

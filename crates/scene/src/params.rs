@@ -99,7 +99,7 @@ impl Params {
         out: &mut Diagnostics,
     ) -> Self {
         let mut faults = Diagnostics::default();
-        let entries = decode::entries(node, schema, scene, &mut faults);
+        let entries = decode::entries(node, schema, scene, out.is_long(), &mut faults);
         faults.sort_by_place();
         out.extend(faults);
         Self { schema, entries, header: node.span }

@@ -28,10 +28,14 @@ struct Drawn {
 
 impl Drawn {
     fn new(diagnostic: &Diagnostic, sources: &Sources) -> Self {
-        let source = sources.get(diagnostic.span.file).cloned().map(Excerpt::new);
+        let source = sources.get(diagnostic.span.file);
+        let (source, cut) = source.map(|file| Excerpt::around(file, diagnostic.span.start as usize)).unzip();
+        // Places count in the excerpt.
+        let start = diagnostic.span.start.saturating_sub(cut.unwrap_or(0));
+        let span = Span { start, ..diagnostic.span };
         let Diagnostic { message, label, help, .. } = diagnostic;
         let [message, label, help] = [message, label, help].map(|text| harmless(text).into_owned());
-        Self { diagnostic: Diagnostic { message, label, help, ..diagnostic.clone() }, source }
+        Self { diagnostic: Diagnostic { message, label, help, span, ..*diagnostic }, source }
     }
 }
 
@@ -79,7 +83,10 @@ impl miette::Diagnostic for Drawn {
 struct Excerpt(SourceFile);
 
 impl Excerpt {
-    fn new(mut file: SourceFile) -> Self {
+    /// What a drawing needs of a file, and the offset at which that begins: the whole text is not looked at anew
+    /// for every fault.
+    fn around(file: &SourceFile, at: usize) -> (Self, u32) {
+        let (mut file, start) = file.around(at);
         // Of one length with what they stand for, so that places stay.
         let shown = |c: char| match c {
             '\n' | '\r' | '\t' => c,
@@ -90,7 +97,7 @@ impl Excerpt {
         if file.text.chars().any(|c| shown(c) != c) {
             file.text = file.text.chars().map(shown).collect::<String>().into();
         }
-        Self(file)
+        (Self(file), start as u32)
     }
 
     fn text(&self) -> &str {

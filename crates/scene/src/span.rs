@@ -2,7 +2,10 @@
 
 use std::hash::{Hash, Hasher};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
+
+/// Bytes of a long line between two marks.
+const MARK_STEP: usize = 512;
 
 /// Names a file of a [`Sources`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -61,17 +64,71 @@ pub struct SourceFile {
     /// Column (in characters, from 1) of the first character of `text` in its line: above 1 for excerpts that leave
     /// out the beginning of a long line.
     pub first_column: u32,
+    /// Made when a place is first asked for.
+    marks: OnceLock<Arc<[Mark]>>,
+}
+
+/// A byte of a text whose line and column are known: every beginning of a line, and within long lines one about
+/// every [`MARK_STEP`] bytes, so that a place is found in the same time wherever it is.
+#[derive(Clone, Copy, Debug)]
+struct Mark {
+    at: usize,
+    line: u32,
+    column: u32,
 }
 
 impl SourceFile {
+    fn marks(&self) -> &[Mark] {
+        self.marks.get_or_init(|| {
+            let mut place = Mark { at: 0, line: self.first_line, column: self.first_column };
+            let mut marks = vec![place];
+            let mut last = 0;
+            for (at, c) in self.text.char_indices() {
+                if at - last >= MARK_STEP {
+                    marks.push(Mark { at, ..place });
+                    last = at;
+                }
+                place.column += 1;
+                if c == '\n' {
+                    place = Mark { at: at + 1, line: place.line + 1, column: 1 };
+                    marks.push(place);
+                    last = at + 1;
+                }
+            }
+            marks.into()
+        })
+    }
+
+    /// The part of the text that a drawing of the place `at` may show, a few lines or, of long lines, a few
+    /// thousand bytes; and the offset at which it begins.
+    pub(crate) fn around(&self, at: usize) -> (Self, usize) {
+        const LINES: usize = 8;
+        const BYTES: usize = 4096;
+        let text = &*self.text;
+        let at = text.floor_char_boundary(at.min(text.len()));
+        let from = text.floor_char_boundary(at.saturating_sub(BYTES));
+        let to = text.floor_char_boundary((at + BYTES).min(text.len()));
+        let start = text[from..at].rmatch_indices('\n').nth(LINES).map_or(from, |(i, _)| from + i + 1);
+        let end = text[at..to].match_indices('\n').nth(LINES).map_or(to, |(i, _)| at + i + 1);
+        let Location { line, column, .. } = self.locate(start);
+        let part = Self {
+            path: self.path.clone(),
+            name: self.name.clone(),
+            text: text[start..end].into(),
+            first_line: line,
+            first_column: column,
+            marks: OnceLock::new(),
+        };
+        (part, start)
+    }
+
     /// Line and column of a byte of the text; places behind the end or inside a character are moved back.
     pub fn locate(&self, at: usize) -> Location<'_> {
-        let before = &self.text[..self.text.floor_char_boundary(at.min(self.text.len()))];
-        let line_start = before.rfind('\n').map_or(0, |i| i + 1);
-        let line = self.first_line + before.bytes().filter(|b| *b == b'\n').count() as u32;
-        let first_column = if line_start == 0 { self.first_column } else { 1 };
-        let column = first_column + before[line_start..].chars().count() as u32;
-        Location { name: &self.name, line, column }
+        let at = self.text.floor_char_boundary(at.min(self.text.len()));
+        let marks = self.marks();
+        let mark = marks[marks.partition_point(|m| m.at <= at) - 1];
+        let column = mark.column + self.text[mark.at..at].chars().count() as u32;
+        Location { name: &self.name, line: mark.line, column }
     }
 }
 
@@ -109,7 +166,7 @@ impl Sources {
     ) -> FileId {
         let id = FileId(u32::try_from(self.files.len()).expect("fewer than 2^32 source files"));
         let (path, name, text) = (path.to_owned(), name.into(), text.into());
-        self.files.push(SourceFile { path, name, text, first_line, first_column });
+        self.files.push(SourceFile { path, name, text, first_line, first_column, marks: OnceLock::new() });
         id
     }
 
@@ -138,4 +195,51 @@ pub struct Location<'a> {
     pub line: u32,
     /// Column in characters, from 1.
     pub column: u32,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Line and column by counting from the start.
+    fn counted(text: &str, first: (u32, u32), at: usize) -> (u32, u32) {
+        let before = &text[..text.floor_char_boundary(at.min(text.len()))];
+        let line = before.matches('\n').count() as u32;
+        let last = before.rsplit('\n').next().unwrap_or("").chars().count() as u32;
+        (first.0 + line, last + if line == 0 { first.1 } else { 1 })
+    }
+
+    #[test]
+    fn every_place_is_that_which_counting_gives() {
+        let long = "é".repeat(3 * MARK_STEP);
+        let texts = ["", "\n", "a\n\nbc\r\nd", "é\nöü\n", &long, &format!("{long}\n{long}x\n{long}")];
+        for text in texts {
+            let mut sources = Sources::default();
+            let id = sources.add_excerpt_at(Path::new(""), "a", text, 7, 50);
+            let file = sources.get(id).unwrap();
+            for at in 0..text.len() + 3 {
+                let found = file.locate(at);
+                assert_eq!((found.line, found.column), counted(text, (7, 50), at), "{at}");
+                let (part, start) = file.around(at);
+                assert!(part.text.len() <= 2 * 4096 + 8, "{}", part.text.len());
+                let again = part.locate(at.min(text.len()) - start);
+                assert_eq!((again.line, again.column), (found.line, found.column), "{at}");
+            }
+        }
+    }
+
+    #[test]
+    fn many_places_of_a_large_text_are_found_quickly() {
+        // Counting from the start would read 10^12 bytes.
+        let count = 200_000;
+        for text in ["radius = 1\n".repeat(count), "radius = 1,".repeat(count)] {
+            let mut sources = Sources::default();
+            let id = sources.add(Path::new(""), "a", text.as_str());
+            let begin = std::time::Instant::now();
+            let at = |i: usize| sources.locate(Span { file: id, start: 11 * i as u32, len: 1 }).unwrap();
+            let sum: u64 = (0..count).map(|i| u64::from(at(i).line) + u64::from(at(i).column)).sum();
+            assert!(sum > count as u64 * count as u64 / 2);
+            assert!(begin.elapsed().as_secs() < 10, "{:?}", begin.elapsed());
+        }
+    }
 }

@@ -8,17 +8,20 @@ const LONGEST: usize = 64;
 const MOST_COMPARED: usize = 4096;
 
 /// The name among `names` that `wanted` probably means: equal but for case or the choice between `-` and `_`, or at
-/// most a third of its letters away (at least one). `None` if none is near; ties go to the first.
+/// most a third of its letters away (at least one). `None` if none is near; ties go to the one nearer in upper and
+/// lower case, then to the first.
 pub fn nearest<'a>(wanted: &str, names: &[&'a str]) -> Option<&'a str> {
     let length = wanted.chars().count();
     if length == 0 || length > LONGEST {
         return None;
     }
-    let wanted = folded(wanted);
+    let plain = folded(wanted);
     let limit = (length / 3).max(1);
     let near =
-        names.iter().take(MOST_COMPARED).map(|n| (strsim::damerau_levenshtein(&wanted, &folded(n)), *n));
-    near.filter(|(d, _)| *d <= limit).min_by_key(|(d, _)| *d).map(|(_, n)| n)
+        names.iter().take(MOST_COMPARED).map(|n| (strsim::damerau_levenshtein(&plain, &folded(n)), *n));
+    near.filter(|(d, _)| *d <= limit)
+        .min_by_key(|(d, n)| (*d, strsim::damerau_levenshtein(wanted, n)))
+        .map(|(_, n)| n)
 }
 
 fn folded(name: &str) -> String {
@@ -74,6 +77,8 @@ mod tests {
         assert_eq!(nearest("centre", &names), Some("center"));
         assert_eq!(nearest("shadow-samples", &names), Some("shadow_samples"));
         assert_eq!(nearest("fov", &names), None);
+        assert_eq!(nearest("cub.obj", &["CUBE.OBJ", "Cube.obj", "cube.obj"]), Some("cube.obj"));
+        assert_eq!(nearest("CUB.OBJ", &["cube.obj", "CUBE.OBJ"]), Some("CUBE.OBJ"));
         assert_eq!(nearest("", &names), None);
         assert_eq!(nearest(&"x".repeat(1000), &names), None);
     }

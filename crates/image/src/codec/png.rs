@@ -35,6 +35,9 @@ fn encode_bytes(
     if options.tone == ToneCurve::Srgb {
         encoder.set_source_srgb(::png::SrgbRenderingIntent::Perceptual);
     }
+    if options.tone == ToneCurve::Raw {
+        encoder.add_text_chunk(TONE_KEY.to_owned(), options.tone.to_string())?;
+    }
     for (name, text) in &options.metadata {
         if text.chars().all(|c| u32::from(c) < 256) {
             encoder.add_text_chunk(name.clone(), text.clone())?;
@@ -46,6 +49,10 @@ fn encode_bytes(
     writer.write_image_data(bytes)?;
     writer.finish()
 }
+
+/// Names the tone curve of a picture in which sRGB would be wrong. The picture is *shown* as the course showed its
+/// own, without a curve, which no chunk of the format says; reading it back we know what the values mean.
+const TONE_KEY: &str = "penombre:tone";
 
 /// What the decoding library says, or what we do.
 enum Fault {
@@ -116,8 +123,12 @@ fn decode_from(
     Ok(decoded)
 }
 
-/// sRGB unless the file states another gamma (and neither that it is sRGB nor a profile).
+/// sRGB unless the file states another gamma (and neither that it is sRGB nor a profile), or is our own without one.
 fn own_transfer(info: &Info<'_>) -> Transfer {
+    let raw = ToneCurve::Raw.to_string();
+    if info.uncompressed_latin1_text.iter().any(|t| t.keyword == TONE_KEY && t.text == raw) {
+        return Transfer::Linear;
+    }
     let stated = info.gama_chunk.map(|g| g.into_value());
     match stated {
         Some(gamma) if info.srgb.is_none() && gamma > 0.0 => {

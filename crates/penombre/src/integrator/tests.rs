@@ -100,6 +100,48 @@ fn soft_shadows_are_the_visible_fraction() {
     assert!((light.added.to_rgb()[0] - light.unoccluded.to_rgb()[0] * fraction as f32).abs() < 1e-6);
 }
 
+/// Huge shapes as grounds: nothing shadows itself, and points are where the ray meets them.
+#[test]
+fn grounds_of_any_size_are_lit_alike() {
+    use penombre_scene::Role::Shape;
+    for size in [1e3f64, 2e4, 1e5, 1e6, 1e7] {
+        let quad = Node::new(Shape, "quad", "ground")
+            .with("origin", [-size, 0.0, -size])
+            .with("sides", [[0.0, 0.0, 2.0 * size], [2.0 * size, 0.0, 0.0]]);
+        let sphere =
+            Node::new(Shape, "sphere", "ground").with("center", [0.0, -size, 0.0]).with("radius", size);
+        let disk = Node::new(Shape, "disk", "ground").with("normal", [0.0, 1.0, 0.0]).with("radius", size);
+        let corners = [[-size, 0.0, -size], [0.0, 0.0, size], [size, 0.0, -size]];
+        let mesh =
+            Node::new(Shape, "mesh", "ground").with("positions", corners).with("faces", vec![[0i64, 1, 2]]);
+        for ground in [quad, sphere, disk, mesh] {
+            assert_lit_ground(ground, size);
+        }
+    }
+}
+
+fn assert_lit_ground(ground: Node, size: f64) {
+    use penombre_scene::Role::{Camera, Light, Render};
+    let type_name = ground.type_name.clone();
+    let mut d = SceneDescription::default();
+    d.add(Node::new(Render, "render", "").with("size", [24i64, 24]).with("spp", 1i64));
+    d.add(Node::new(Camera, "perspective", "main").with("position", [0.0, 1.0, 4.0]).with("fov", 30.0));
+    d.add(Node::new(Light, "point", "lamp").with("position", [1.0, 3.0, 2.0]));
+    d.add(ground);
+    let plan = plan(&d);
+    for pixel in (0..24).map(|i| [i, 14 + i % 10]) {
+        let path = record(&plan.scene, &*plan.integrator, &plan.job, pixel, 0);
+        let vertex = &path.vertices[0];
+        let at = vertex.surface.unwrap();
+        let (origin, dir) = (vertex.ray.origin.as_dvec3(), vertex.ray.dir.as_dvec3());
+        let exact = origin - dir * (origin.y / dir.y);
+        let off = (at.p.as_dvec3() - exact).length();
+        // The sphere curves away from the plane by x²/2r, seen from four metres at a slant.
+        assert!(off < 5e-6 + 200.0 / size, "{type_name} {size}: {} off by {off}", at.p);
+        assert_eq!(vertex.lights[0].visible, 1, "{type_name} {size} at {pixel:?} shadows itself");
+    }
+}
+
 #[test]
 fn mirrors_facing_each_other_end_in_black_after_the_last_bounce() {
     use penombre_scene::Role::{Integrator, Material};

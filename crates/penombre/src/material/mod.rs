@@ -4,7 +4,7 @@
 
 use crate::registry::{Context, registry};
 use crate::texture::{AnyTexture, TexturePoint};
-use penombre_math::Spectrum;
+use penombre_math::{Spectrum, Vec3};
 use penombre_scene::params::Params;
 use penombre_scene::{Kind, ParamDefault, ParamSpec, Range};
 
@@ -13,6 +13,10 @@ use penombre_scene::{Kind, ParamDefault, ParamSpec, Range};
 pub struct Shade<'a> {
     /// Where textures are looked up.
     pub point: TexturePoint,
+    /// Shading normal, unit, on the side from which it is seen.
+    pub normal: Vec3,
+    /// Toward the viewer, unit.
+    pub wo: Vec3,
     /// The mesh's interpolated colour; white where there is none. It multiplies the diffuse colour.
     pub vertex_color: Spectrum,
     /// The scene's textures.

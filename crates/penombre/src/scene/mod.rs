@@ -75,8 +75,13 @@ impl Scene {
 
     /// The material at a surface point in Phong's terms.
     pub fn phong_view(&self, at: &SurfacePoint) -> PhongView {
-        let shade =
-            Shade { point: TexturePoint { uv: at.uv }, vertex_color: at.color, textures: &self.textures };
+        let shade = Shade {
+            point: TexturePoint { uv: at.uv },
+            normal: at.facing_normal(),
+            wo: at.wo,
+            vertex_color: at.color,
+            textures: &self.textures,
+        };
         self.materials[at.material as usize].value.phong_view(&shade)
     }
 

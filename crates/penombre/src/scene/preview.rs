@@ -4,7 +4,7 @@ use super::Scene;
 use crate::material::{PhongView, Shade};
 use crate::shape::Tessellation;
 use crate::texture::TexturePoint;
-use penombre_math::{Spectrum, Transform, Vec2};
+use penombre_math::{Spectrum, Transform, Vec2, Vec3};
 
 /// One appearance of a shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,10 +36,11 @@ impl Scene {
         self.placed.iter().map(|p| Placement { shape: p.shape, to_world: p.to_world })
     }
 
-    /// A material in Phong's terms at surface coordinates, for a white vertex colour.
+    /// A material in Phong's terms at surface coordinates, for a white vertex colour, seen from right above.
     pub fn material_view(&self, material: u32, uv: Vec2) -> PhongView {
         let point = TexturePoint { uv };
-        let shade = Shade { point, vertex_color: Spectrum::WHITE, textures: &self.textures };
+        let (normal, wo) = (Vec3::Z, Vec3::Z);
+        let shade = Shade { point, normal, wo, vertex_color: Spectrum::WHITE, textures: &self.textures };
         self.materials[material as usize].value.phong_view(&shade)
     }
 }

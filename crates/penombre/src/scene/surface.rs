@@ -10,7 +10,7 @@ use penombre_math::{Spectrum, Vec2, Vec3};
 pub struct SurfacePoint {
     /// The point, metres.
     pub p: Vec3,
-    /// Bound on its absolute error per axis, metres.
+    /// Bound per axis on how far it lies off the surface, metres.
     pub p_error: Vec3,
     /// Geometric normal, unit, on the outside of the surface.
     pub ng: Vec3,

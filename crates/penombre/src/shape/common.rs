@@ -1,6 +1,7 @@
 //! What the shapes share: parameters, roundings, similarity transforms.
 
 use crate::registry::Context;
+use penombre_bvh::Ray;
 use penombre_math::rounding::UNIT_ROUNDOFF;
 use penombre_math::{DAffine3, DVec3, Vec3};
 use penombre_scene::params::Params;
@@ -31,11 +32,32 @@ pub const TRANSFORM: ParamSpec = ParamSpec::optional(
     "Where it stands: a list of steps, applied in this order.",
 );
 
-/// A point that was computed in double precision, rounded, with the bound on its error per axis. The true error
-/// is one rounding; twice that leaves room for the double-precision arithmetic before it.
-pub fn rounded(p: DVec3) -> (Vec3, Vec3) {
+/// Double-precision roundings, as a share of the largest number that they touch, in a shape's own arithmetic and
+/// in the kernels' test of it: 2⁻⁵³ each, 16 of them.
+const DOUBLE_ROUNDINGS: f64 = 1.0 / (1u64 << 49) as f64;
+
+/// A point that was computed in double precision, rounded, with the bound per axis on how far that takes it off the
+/// surface: one rounding, twice that for good measure, and those of the double-precision arithmetic with numbers up
+/// to `reach`.
+pub fn rounded(p: DVec3, reach: f64) -> (Vec3, Vec3) {
     let single = p.as_vec3();
-    (single, single.abs() * (2.0 * UNIT_ROUNDOFF) + Vec3::splat(f32::MIN_POSITIVE))
+    let arithmetic = (reach * DOUBLE_ROUNDINGS) as f32 + f32::MIN_POSITIVE;
+    (single, single.abs() * (2.0 * UNIT_ROUNDOFF) + Vec3::splat(arithmetic))
+}
+
+/// The point of a plane at a hit, the better of two ways: `own`, from the surface's own coordinates, whose rounding
+/// moves it aside by a share of the surface's `extent`; or where the ray meets the plane in double precision,
+/// which moves it aside by a share of the distance. `anchor` is a point of the plane, `normal` its unit normal.
+pub fn on_plane(ray: &Ray, t: f32, anchor: DVec3, normal: DVec3, extent: f64, own: DVec3) -> DVec3 {
+    let (origin, dir) = (ray.origin.as_dvec3(), ray.dir.as_dvec3());
+    let way = dir.length() * f64::from(t);
+    if extent <= way {
+        return own;
+    }
+    // Not the kernels' parameter: that is rounded, and a triangle's as coarsely as the triangle is large.
+    let exact = (anchor - origin).dot(normal) / dir.dot(normal);
+    let p = origin + dir * exact;
+    if p.distance_squared(own) <= extent * extent { p } else { own }
 }
 
 /// The factor by which the map scales all lengths, or `None` if it does not scale them alike.

@@ -71,7 +71,7 @@ impl Shape for Disk {
         let (center, n) = (self.center.as_dvec3(), self.frame.z.as_dvec3());
         let along = ray.origin.as_dvec3() + ray.dir.as_dvec3() * f64::from(hit.t) - center;
         let on_plane = along - n * along.dot(n);
-        let (p, p_error) = rounded(center + on_plane);
+        let (p, p_error) = rounded(center + on_plane, center.abs().max_element() + f64::from(self.radius));
         let local = self.frame.to_local(on_plane.as_vec3());
         let angle = float::atan2(local.y, local.x) / TAU;
         let u = if angle < 0.0 { angle + 1.0 } else { angle };

@@ -17,10 +17,11 @@ pub use tessellation::Tessellation;
 /// What a shape knows of a hit, in the space of its geometry.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShapePoint {
-    /// The point, recomputed from the surface's own coordinates and not from the ray's parameter.
+    /// The point, put back onto the surface: the ray's parameter alone would leave it off by its rounding.
     pub p: Vec3,
-    /// Bound on the absolute error of `p` per axis, and on what the kernels make of it: a ray that starts
-    /// outside this box does not meet the same spot again.
+    /// Bound per axis on how far `p` lies off the surface, as the kernels compute it: a ray that starts outside this
+    /// box does not meet the same spot again. Along the surface `p` may be off by a rounding of the distance
+    /// or of the surface's extent, whichever is less.
     pub p_error: Vec3,
     /// Geometric normal, unit, on the outside.
     pub ng: Vec3,

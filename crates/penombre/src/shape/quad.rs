@@ -11,11 +11,11 @@
 //! material = "red"
 //! ```
 
-use super::common::{MATERIAL, TRANSFORM, place, rounded, too_far};
+use super::common::{MATERIAL, TRANSFORM, on_plane, place, rounded, too_far};
 use super::{Shape, ShapePoint, Tessellation};
 use crate::registry::Context;
 use penombre_bvh::{Geometry, Hit, Ray};
-use penombre_math::{Bounds3, Spectrum, Vec2, Vec3};
+use penombre_math::{Bounds3, DVec3, Spectrum, Vec2, Vec3};
 use penombre_scene::params::Params;
 use penombre_scene::{Kind, ParamSpec};
 
@@ -54,9 +54,13 @@ impl Shape for Quad {
         Geometry::Quads(vec![penombre_bvh::Quad { origin: self.origin, sides: self.sides }])
     }
 
-    fn point(&self, _: &Ray, hit: &Hit) -> ShapePoint {
-        let [a, b] = self.sides.map(Vec3::as_dvec3);
-        let (p, p_error) = rounded(self.origin.as_dvec3() + a * f64::from(hit.u) + b * f64::from(hit.v));
+    fn point(&self, ray: &Ray, hit: &Hit) -> ShapePoint {
+        let (origin, [a, b]) = (self.origin.as_dvec3(), self.sides.map(Vec3::as_dvec3));
+        let own = origin + a * f64::from(hit.u) + b * f64::from(hit.v);
+        let extent = (a.abs() + b.abs()).max_element();
+        let normal = a.cross(b).normalize_or(DVec3::Z);
+        let p = on_plane(ray, hit.t, origin, normal, extent, own);
+        let (p, p_error) = rounded(p, origin.abs().max_element() + extent);
         ShapePoint {
             p,
             p_error,

@@ -59,7 +59,8 @@ impl Shape for Sphere {
         let along = ray.origin.as_dvec3() + ray.dir.as_dvec3() * f64::from(hit.t);
         // The rounded parameter puts the point off the sphere by up to t·2⁻²⁴: pull it back.
         let n = (along - center).normalize_or(DVec3::Z);
-        let (p, p_error) = rounded(center + n * f64::from(self.radius));
+        let radius = f64::from(self.radius);
+        let (p, p_error) = rounded(center + n * radius, center.abs().max_element() + radius);
         let normal = n.as_vec3();
         let object = self.to_object.map_or(n, |map| map.transform_vector3(n).normalize_or(DVec3::Z));
         ShapePoint {

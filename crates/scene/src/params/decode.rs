@@ -12,15 +12,17 @@ use penombre_math::{Vec2, Vec3};
 /// Faults listed for one parameter: more than that in a long list are one fault, made many times.
 const MOST_FAULTS: usize = 20;
 
-/// Decodes all parameters in the order of the schema.
+/// Decodes all parameters in the order of the schema. `brief`: help does not list the names of nodes.
 pub fn entries(
     node: &Node,
     schema: &'static [ParamSpec],
     scene: &SceneDescription,
+    brief: bool,
     out: &mut Diagnostics,
 ) -> Vec<Entry> {
     unknown_keys(node, schema, out);
-    let entry = |spec| Decoder { node, scene, out: &mut *out, spec, steps: Vec::new(), faults: 0 }.entry();
+    let entry =
+        |spec| Decoder { node, scene, brief, out: &mut *out, spec, steps: Vec::new(), faults: 0 }.entry();
     schema.iter().map(entry).collect()
 }
 
@@ -51,6 +53,7 @@ fn ticked(name: &str) -> String {
 pub struct Decoder<'a> {
     node: &'a Node,
     scene: &'a SceneDescription,
+    brief: bool,
     out: &'a mut Diagnostics,
     spec: &'static ParamSpec,
     steps: Vec<Step>,
@@ -329,14 +332,18 @@ impl Decoder<'_> {
         let ValueKind::String(name) = &value.kind else { return self.wrong_type(kind, value) };
         let found = self.scene.find(role, name);
         if found.is_none() {
-            let names: Vec<&str> = self.scene.of_role(role).map(|(_, n)| n.name.as_str()).collect();
             let message = format!(
                 "{} names {}, but there is no {} of that name",
                 self.place(),
                 quoted(name),
                 role.name()
             );
-            let help = help_for(name, &format!("{}s in this scene", role.name()), &names);
+            let help = if self.brief {
+                how_to_write(kind)
+            } else {
+                let names: Vec<&str> = self.scene.of_role(role).map(|(_, n)| n.name.as_str()).collect();
+                help_for(name, &format!("{}s in this scene", role.name()), &names)
+            };
             self.report("scene::missing-reference", value.span, message).help(help);
         }
         found

@@ -17,6 +17,9 @@ pub fn found(value: &Value) -> String {
     match &value.kind {
         ValueKind::Bool(b) => format!("the boolean {b}"),
         ValueKind::Int(i) => i.to_string(),
+        // As the reader has numbers that overflow.
+        ValueKind::Float(f64::MAX) => "above 1.79e308".to_owned(),
+        ValueKind::Float(f64::MIN) => "below -1.79e308".to_owned(),
         ValueKind::Float(v) if v.is_finite() => {
             let text = number(*v);
             if text.contains(['.', 'e']) { text } else { text + ".0" }

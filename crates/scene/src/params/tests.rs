@@ -193,6 +193,8 @@ fn ranges_are_checked_before_and_after_rounding() {
     fault("radius", -1, &["is -1"]);
     fault("radius", f64::NAN, &["is nan"]);
     fault("radius", f64::INFINITY, &["is inf"]);
+    let p = fault("radius", f64::MAX, &["is above 1.79e308, expected a number greater than 0 m", "3.4e38"]);
+    assert_eq!(p.f32("radius"), 2.0);
     let p = fault("radius", 1e300, &["is 1e300", "single precision, which ends at 3.4e38"]);
     assert_eq!(p.f32("radius"), 2.0);
     fault("radius", 1e-60, &["is 1e-60", "excluded end of the range"]);

@@ -25,6 +25,24 @@ pub(super) struct Faults<'a> {
     /// Offset of a line and its number: lines behind it are counted from there.
     counted: (usize, u32),
     said: HashSet<String>,
+    held: Option<Held>,
+}
+
+/// Faults that wait to be told in the order of their places.
+struct Held {
+    list: Vec<HeldFault>,
+    /// Numbers of errors and warnings before them.
+    errors: usize,
+    warnings: usize,
+}
+
+struct HeldFault {
+    severity: Severity,
+    code: &'static str,
+    at: usize,
+    len: usize,
+    message: String,
+    help: String,
 }
 
 impl<'a> Faults<'a> {
@@ -45,6 +63,7 @@ impl<'a> Faults<'a> {
             warnings: 0,
             counted: (0, 1),
             said: HashSet::new(),
+            held: None,
         }
     }
 
@@ -68,6 +87,40 @@ impl<'a> Faults<'a> {
         self.warnings > MOST_WARNINGS
     }
 
+    /// Keeps errors and warnings back until [`Faults::tell_in_order`]: some are known only at the end of the file.
+    pub fn hold(&mut self) {
+        self.held = Some(Held { list: Vec::new(), errors: self.errors, warnings: self.warnings });
+    }
+
+    /// Tells what was held back, in the order of the file.
+    pub fn tell_in_order(&mut self) {
+        let Some(mut held) = self.held.take() else { return };
+        (self.errors, self.warnings) = (held.errors, held.warnings);
+        held.list.sort_by_key(|f| f.at);
+        for f in held.list {
+            self.tell(f);
+        }
+    }
+
+    /// Tells a fault or holds it back.
+    fn add(&mut self, fault: HeldFault) {
+        let Some(held) = &mut self.held else { return self.tell(fault) };
+        self.errors += usize::from(fault.severity == Severity::Error);
+        self.warnings += usize::from(fault.severity == Severity::Warning);
+        held.list.push(fault);
+    }
+
+    fn tell(&mut self, fault: HeldFault) {
+        let HeldFault { severity, code, at, len, message, help } = fault;
+        let span = self.span(at, len);
+        if severity == Severity::Error && self.errors + 1 == MOST_ERRORS {
+            let stop = format!("{}: reading stops after {MOST_ERRORS} errors", self.name);
+            let help = "mend the first of them: others often follow from it";
+            self.at_span(Severity::Advice, "reader::too-many-errors", span, stop, help);
+        }
+        self.at_span(severity, code, span, message, help);
+    }
+
     /// An error at a word.
     pub fn error(
         &mut self,
@@ -76,13 +129,9 @@ impl<'a> Faults<'a> {
         message: impl Into<String>,
         help: impl Into<String>,
     ) {
-        let span = self.span(at.at, at.text.len());
-        if self.errors + 1 == MOST_ERRORS {
-            let stop = format!("{}: reading stops after {MOST_ERRORS} errors", self.name);
-            let help = "mend the first of them: others often follow from it";
-            self.at_span(Severity::Advice, "reader::too-many-errors", span, stop, help);
-        }
-        self.at_span(Severity::Error, code, span, message, help);
+        let (message, help) = (message.into(), help.into());
+        let severity = Severity::Error;
+        self.add(HeldFault { severity, code, at: at.at, len: at.text.len(), message, help });
     }
 
     /// A warning at a word; those behind the first twenty are left out.
@@ -94,8 +143,9 @@ impl<'a> Faults<'a> {
         help: impl Into<String>,
     ) {
         if !self.is_hushed() {
-            let span = self.span(at.at, at.text.len());
-            self.at_span(Severity::Warning, code, span, message, help);
+            let (message, help) = (message.into(), help.into());
+            let severity = Severity::Warning;
+            self.add(HeldFault { severity, code, at: at.at, len: at.text.len(), message, help });
         }
     }
 

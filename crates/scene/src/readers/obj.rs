@@ -83,6 +83,13 @@ const CORNER_HELP: &str =
 
 /// Reads an OBJ file. `None` after errors.
 pub(super) fn parse<'a>(bytes: &'a [u8], faults: &mut Faults<'a>) -> Option<ObjFile<'a>> {
+    faults.hold();
+    let file = read(bytes, faults);
+    faults.tell_in_order();
+    file
+}
+
+fn read<'a>(bytes: &'a [u8], faults: &mut Faults<'a>) -> Option<ObjFile<'a>> {
     let mut reader = Reader {
         lexer: Lexer::new(bytes, true),
         faults,
@@ -281,7 +288,8 @@ impl<'a> Reader<'a, '_, 'a> {
     /// Reads `p`, `p/t`, `p//n` or `p/t/n`. Empty parts are as if absent.
     fn corner(&mut self, word: Token<'a>) -> Option<Corner> {
         let mut parts = word.text.split(|b| *b == b'/');
-        let position = integer(parts.next().unwrap_or(b""));
+        let text = parts.next().unwrap_or(b"");
+        let position = integer(text);
         let mut attribute = || match parts.next() {
             None | Some(b"") => Some(0),
             Some(text) => integer(text),
@@ -296,10 +304,13 @@ impl<'a> Reader<'a, '_, 'a> {
         let position = match resolved(position, self.soup.positions.len()) {
             Some(index) => index,
             None => {
+                let shown = Token { text, at: word.at }.shortened();
                 let message = match (position, self.soup.positions.len()) {
                     (0, _) => "the face refers to vertex 0, expected an index from 1".to_owned(),
-                    (p, 0) => format!("the face refers to vertex {p}, but no vertex came before"),
-                    (p, n) => format!("the face refers to vertex {p}, expected -{n} to -1: {n} came before"),
+                    (_, 0) => format!("the face refers to vertex {shown}, but no vertex came before"),
+                    (_, n) => {
+                        format!("the face refers to vertex {shown}, expected -{n} to -1: {n} came before")
+                    }
                 };
                 self.faults.error("obj::index", word, message, COUNT_HELP);
                 return None;
@@ -330,7 +341,8 @@ impl<'a> Reader<'a, '_, 'a> {
             }
             if let Some(k) = corners.iter().position(|c| c.position as usize >= positions) {
                 let word = nth_word(&self.lexer, line, k + 1);
-                let index = integer(word.text.split(|b| *b == b'/').next().unwrap_or(b"")).unwrap_or(0);
+                let text = word.text.split(|b| *b == b'/').next().unwrap_or(b"");
+                let index = Token { text, at: word.at }.shortened();
                 let message = match positions {
                     0 => format!("the face refers to vertex {index}, but there are no vertices"),
                     n => format!("the face refers to vertex {index}, expected 1 to {n}"),
@@ -348,10 +360,10 @@ impl<'a> Reader<'a, '_, 'a> {
             let message = "no line begins with a statement of OBJ: this is no OBJ file, or not all of it";
             self.faults.error("obj::not-obj", end, message, LINES_HELP);
         }
+        self.summary();
         if self.faults.failed() {
             return None;
         }
-        self.summary();
         self.soup.drop_wild_attributes();
         self.drop_zero_normals();
         if self.color_scale.is_used() {

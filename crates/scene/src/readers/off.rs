@@ -163,7 +163,8 @@ impl<'a> Reader<'a, '_, 'a> {
         let found = integer(word.text);
         match found.and_then(|n| usize::try_from(n).ok()) {
             Some(n) if n.saturating_mul(least) <= left.saturating_mul(16).saturating_add(4096) => Some(n),
-            Some(n) => {
+            Some(_) => {
+                let n = word.shortened();
                 let message = format!("{n} {what} are announced, but only {left} bytes follow");
                 let help = format!("each of the {what} takes {least} bytes or more");
                 self.faults.error("off::counts", word, message, help);
@@ -297,8 +298,10 @@ impl<'a> Reader<'a, '_, 'a> {
         };
         for read in 0..corners {
             let Some(word) = self.lexer.token() else {
-                let message =
-                    format!("the face announces {corners} corners, but {read} indices follow in its line");
+                let message = format!(
+                    "the face announces {} corners, but {read} indices follow in its line",
+                    first.shortened()
+                );
                 self.faults.error("off::face", first, message, FACE_HELP);
                 return self.soup.drop_corners();
             };
@@ -320,8 +323,12 @@ impl<'a> Reader<'a, '_, 'a> {
         let vertices = self.soup.positions.len();
         let message = match integer(word.text) {
             Some(i) if (0..vertices as i64).contains(&i) => return Some(i as u32),
-            Some(i) if vertices == 0 => format!("the face refers to vertex {i}, but there are no vertices"),
-            Some(i) => format!("the face refers to vertex {i}, expected 0 to {}", vertices - 1),
+            Some(_) if vertices == 0 => {
+                format!("the face refers to vertex {}, but there are no vertices", word.shortened())
+            }
+            Some(_) => {
+                format!("the face refers to vertex {}, expected 0 to {}", word.shortened(), vertices - 1)
+            }
             None => format!("found `{}`, expected the index of a vertex", word.shortened()),
         };
         self.faults.error("off::index", word, message, FACE_HELP);

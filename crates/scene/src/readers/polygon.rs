@@ -3,10 +3,11 @@
 use penombre_math::{DVec3, Vec3};
 
 /// Cutting ears takes, at worst, time in the square of the number of corners. This bounds the sum of those squares
-/// over a file (a few seconds).
-const MOST_WORK: u64 = 4_000_000_000;
-/// Polygons of up to this many corners are cut properly whatever was spent before.
-const ALWAYS_CUT: usize = 256;
+/// over a file: a spiral takes about 50 ns a unit, so the worst file about 2 s.
+const MOST_WORK: u64 = 40_000_000;
+/// Polygons of up to this many corners are cut properly whatever was spent before, and spend nothing: at worst a
+/// few microseconds a corner.
+const ALWAYS_CUT: usize = 64;
 
 /// How a polygon was cut.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,8 +38,8 @@ impl Triangulator {
             fan(n, triangles);
             return Cut::Covered;
         }
-        let work = (n as u64).saturating_mul(n as u64);
-        if n > ALWAYS_CUT && self.work.saturating_add(work) > MOST_WORK {
+        let work = if n > ALWAYS_CUT { (n as u64).saturating_mul(n as u64) } else { 0 };
+        if work > 0 && self.work.saturating_add(work) > MOST_WORK {
             fan(n, triangles);
             return Cut::TooLarge;
         }
@@ -216,5 +217,42 @@ mod tests {
         assert_eq!(triangulator.cut(&comb(100_000), &mut triangles), Cut::TooLarge);
         assert_eq!(triangles.len(), 199_998);
         assert!(begin.elapsed().as_secs_f32() < 1.0);
+    }
+
+    /// A band of `n` corners that winds `turns` times round: few of its corners are ears.
+    fn spiral(n: usize, turns: f32) -> Vec<Vec3> {
+        let half = n / 2;
+        let at = |i: usize, width: f32| {
+            let angle = i as f32 / half as f32 * turns * std::f32::consts::TAU;
+            let direction =
+                Vec3::new(penombre_math::float::cos(angle), penombre_math::float::sin(angle), 0.0);
+            direction * (1.0 + angle + width)
+        };
+        (0..half).map(|i| at(i, 1.0)).chain((0..half).rev().map(|i| at(i, 0.0))).collect()
+    }
+
+    #[test]
+    fn work_is_bounded_over_a_file_and_small_polygons_are_always_cut() {
+        assert_covers(&spiral(1200, 8.0));
+        let (mut triangulator, mut triangles) = (Triangulator::default(), Vec::new());
+        let begin = std::time::Instant::now();
+        assert_eq!(triangulator.cut(&spiral(40_000, 40.0), &mut triangles), Cut::TooLarge);
+        assert_eq!(triangles.len(), 39_998);
+        assert!(begin.elapsed().as_secs_f32() < 1.0, "{:?}", begin.elapsed());
+        // What was too large has spent nothing: 4e7 are 40 polygons of 1000 corners.
+        let large = spiral(1000, 1.5);
+        let cuts: Vec<Cut> = (0..42).map(|_| triangulator.cut(&large, &mut triangles)).collect();
+        assert_eq!(cuts.iter().position(|c| *c == Cut::TooLarge), Some(40));
+        assert_eq!(triangulator.cut(&spiral(ALWAYS_CUT, 1.5), &mut triangles), Cut::Covered);
+        // A square with many corners on its sides is convex, and exact whatever its size.
+        let side = |x: f32, y: f32, dx: f32, dy: f32| {
+            (0..25_000).map(move |i| Vec3::new(x + i as f32 * dx, y + i as f32 * dy, 0.0))
+        };
+        let lower = side(0.0, 0.0, 1.0, 0.0).chain(side(25e3, 0.0, 0.0, 1.0));
+        let upper = side(25e3, 25e3, -1.0, 0.0).chain(side(0.0, 25e3, 0.0, -1.0));
+        triangles.clear();
+        let square: Vec<Vec3> = lower.chain(upper).collect();
+        assert_eq!(triangulator.cut(&square, &mut triangles), Cut::Covered);
+        assert_eq!(triangles.len(), 99_998);
     }
 }

@@ -124,18 +124,28 @@ impl Reader<'_> {
             self.nodes.push(node);
             return;
         }
-        if let Some((stray, _)) = table.iter().find(|(_, v)| !v.get_ref().is_table()) {
-            let message = format!("`{word}` has the key `{}` but no name", stray.get_ref());
+        let stray = table.iter().find(|(_, v)| !v.get_ref().is_table());
+        if let Some((key, _)) = stray {
+            let message = format!("`{word}` has the key `{}` but no name", key.get_ref());
             self.out.error("toml::missing-name", header, message).help =
                 format!("name it, for example [{word}.main]: a scene can have several");
-            return;
         }
         for (name, entry) in table {
             if let DeValue::Table(table) = entry.get_ref() {
+                if stray.is_some() && !self.is_surely_a_node(role, entry.span().start, table) {
+                    continue;
+                }
                 let header = self.header(name, entry);
                 self.node(role, name, header, table);
             }
         }
+    }
+
+    /// Beside keys that belong to a node without a name a table may be a value of that node too: surely a node is
+    /// what has a header or a type of its own.
+    fn is_surely_a_node(&self, role: Role, start: usize, table: &DeTable<'_>) -> bool {
+        let is_header = self.text.as_bytes().get(start) == Some(&b'[');
+        is_header || !has_type(role) || table.contains_key("type")
     }
 
     /// Place of the header of a table, or of its key where it has none.

@@ -19,16 +19,23 @@ pub fn value(file: FileId, parsed: &Spanned<DeValue<'_>>) -> Value {
         DeValue::Integer(i) => match i64::from_str_radix(i.as_str(), i.radix()) {
             Ok(v) => ValueKind::Int(v),
             // Beyond 64 bits: as a number it may still be meant; where a whole number is, it is out of range.
-            Err(_) if i.radix() == 10 => ValueKind::Float(i.as_str().parse().unwrap_or(f64::NAN)),
-            Err(_) => ValueKind::Float(wide_int(i.as_str(), i.radix())),
+            Err(_) if i.radix() == 10 => ValueKind::Float(float(i.as_str())),
+            Err(_) => ValueKind::Float(wide_int(i.as_str(), i.radix()).min(f64::MAX)),
         },
-        DeValue::Float(f) => ValueKind::Float(f.as_str().parse().unwrap_or(f64::NAN)),
+        DeValue::Float(f) => ValueKind::Float(float(f.as_str())),
         DeValue::Boolean(b) => ValueKind::Bool(*b),
         DeValue::Datetime(d) => ValueKind::String(d.to_string()),
         DeValue::Array(list) => ValueKind::Array(list.iter().map(|v| value(file, v)).collect()),
         DeValue::Table(table) => ValueKind::Table(params(file, table)),
     };
     Value { kind, span: span(file, parsed.span()) }
+}
+
+/// Digits beyond double precision come out as its largest number: only `inf` itself is infinite.
+fn float(text: &str) -> f64 {
+    let v: f64 = text.parse().unwrap_or(f64::NAN);
+    let overflows = v.is_infinite() && text.contains(|c: char| c.is_ascii_digit());
+    if overflows { f64::MAX.copysign(v) } else { v }
 }
 
 /// Hexadecimal, octal and binary numbers have no sign in TOML.

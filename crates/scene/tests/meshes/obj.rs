@@ -94,7 +94,7 @@ fn errors_name_their_place() {
         ("f 1 2 9", "error obj::index m.obj:4:7 the face refers to vertex 9, expected 1 to 3"),
         (
             "f 1 2 99999999999999999999",
-            "error obj::index m.obj:4:7 the face refers to vertex 9223372036854775807, expected 1 to 3",
+            "error obj::index m.obj:4:7 the face refers to vertex 99999999999999999999, expected 1 to 3",
         ),
         (
             "f -1 -2 -4",
@@ -123,11 +123,38 @@ fn errors_name_their_place() {
     }
     let read = obj("hello world\nhow are you\n");
     assert_eq!(
-        read.messages()[2],
+        read.messages()[1],
         "error obj::not-obj m.obj:1:1 no line begins with a statement of OBJ: this is no OBJ file, or not all of it"
     );
     let read = obj(&format!("{TRIANGLE}{}", "f 9 9 9\n".repeat(50)));
     assert_eq!(counts(&read.out), [20, 0, 1]);
+}
+
+#[test]
+fn errors_do_not_hide_warnings_and_all_come_in_the_order_of_the_file() {
+    let read = obj(&format!("{TRIANGLE}f 1 2 9\nf 1 2\nfoo\nf 1 x 2\nvn 0 0 0\nf -4 1 2\nf 1 2 7\nf 2\n"));
+    let places: Vec<String> =
+        read.messages().iter().map(|m| m.split(' ').take(3).collect::<Vec<_>>().join(" ")).collect();
+    let expected = [
+        "error obj::index m.obj:4:7",
+        "warning obj::thin-face m.obj:5:1",
+        "warning obj::unknown m.obj:6:1",
+        "error obj::corner m.obj:7:5",
+        "warning obj::normal m.obj:8:1",
+        "error obj::index m.obj:9:3",
+        "error obj::index m.obj:10:7",
+    ];
+    assert_eq!(places, expected);
+    // Also for those who sort by place: excerpts are numbered in the same order.
+    let mut sorted = read.out.clone();
+    sorted.sort_by_place();
+    assert_eq!(sorted, read.out);
+    assert!(read.messages()[1].contains("(2 times"));
+    // The reader stops after twenty errors, and says so at the last of them in the file.
+    let read = obj(&format!("f 1 2\n{}", "v x\n".repeat(50)));
+    assert_eq!(counts(&read.out), [20, 1, 1]);
+    assert!(read.messages()[0].starts_with("warning obj::thin-face m.obj:1:1"));
+    assert!(read.messages()[20].starts_with("advice reader::too-many-errors m.obj:21:3"));
 }
 
 #[test]

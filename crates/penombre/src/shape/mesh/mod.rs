@@ -15,7 +15,7 @@
 mod inline;
 mod normals;
 
-use super::common::{MATERIAL, TRANSFORM, rounded, too_far};
+use super::common::{MATERIAL, TRANSFORM, on_plane, rounded, too_far};
 use super::{Shape, ShapePoint, Tessellation};
 use crate::registry::Context;
 use penombre_bvh::{Geometry, Hit, Ray, Triangles};
@@ -93,8 +93,8 @@ impl Shape for Mesh {
             }
             (both, _) => {
                 let path = context.description.node(context.node).path();
-                let found = if both { "both" } else { "neither" };
-                let message = format!("`{path}` has {found} `file` and `positions`, expected one of them");
+                let found = if both { "both `file` and" } else { "neither `file` nor" };
+                let message = format!("`{path}` has {found} `positions`, expected one of them");
                 context.out.error("scene::mesh-source", p.span("file"), message).help =
                     "give `file = \"mesh.obj\"`, or `positions` and `faces`".to_owned();
                 return None;
@@ -110,13 +110,17 @@ impl Shape for Mesh {
         Geometry::Triangles(Triangles { positions: self.positions.clone(), indices: self.indices.clone() })
     }
 
-    fn point(&self, _: &Ray, hit: &Hit) -> ShapePoint {
+    fn point(&self, ray: &Ray, hit: &Hit) -> ShapePoint {
         let triangle = hit.prim as usize;
         let corners = self.indices[triangle].map(|i| self.positions[i as usize]);
         let weights = [1.0 - hit.u - hit.v, hit.u, hit.v];
-        let (p, rounding) = rounded(mix(corners.map(Vec3::as_dvec3), weights.map(f64::from)));
         let [a, b, c] = corners.map(Vec3::as_dvec3);
-        let face_normal = (b - a).cross(c - a).normalize_or(DVec3::Z).as_vec3();
+        let normal = (b - a).cross(c - a).normalize_or(DVec3::Z);
+        let face_normal = normal.as_vec3();
+        let own = mix([a, b, c], weights.map(f64::from));
+        let extent = (b - a).abs().max((c - a).abs()).max_element();
+        let p = on_plane(ray, hit.t, a, normal, extent, own);
+        let (p, rounding) = rounded(p, a.abs().max_element() + extent);
         let normals = self.normals.corners(triangle, &self.indices);
         let ns = normals.map_or(Vec3::ZERO, |n| mix(n, weights).normalize_or_zero());
         let ns = if ns == Vec3::ZERO { face_normal } else { ns };
@@ -143,7 +147,11 @@ impl Shape for Mesh {
                 |u, v| Hit { t: 0.0, u, v, geometry: 0, prim: triangle as u32, instance: Hit::NO_INSTANCE };
             let ray = Ray::new(Vec3::ZERO, Vec3::Z, 0.0, 0.0);
             let points = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)].map(|(u, v)| self.point(&ray, &corner(u, v)));
-            let vertices = points.map(|at| result.push(at.p, at.ns, at.uv, at.color));
+            let corners = self.indices[triangle].map(|i| self.positions[i as usize]);
+            let vertex = |i: usize, result: &mut Tessellation| {
+                result.push(corners[i], points[i].ns, points[i].uv, points[i].color)
+            };
+            let vertices = [0, 1, 2].map(|i| vertex(i, &mut result));
             result.triangles.push(vertices);
         }
         result
