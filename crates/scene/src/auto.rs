@@ -115,7 +115,7 @@ impl Stage {
         let back = TOWARDS_CAMERA.normalize();
         let right = DVec3::Y.cross(back).normalize();
         // Below the mesh by more than single precision can lose.
-        let floor = min.y - (1e-3 * radius).max(1e-6 * reach);
+        let floor = min.y - (1e-3 * radius).max(2.5e-7 * reach);
         Self { center, radius, floor, right, up: back.cross(right), back }
     }
 

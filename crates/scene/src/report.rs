@@ -327,4 +327,17 @@ mod tests {
         let (empty, file) = self::sources("", 1);
         assert!(drawn(&fault(file, 0, 0), &empty).contains("it is wrong"));
     }
+
+    #[test]
+    fn drawing_many_faults_of_a_large_text_takes_no_quadratic_time() {
+        let count = 20_000;
+        let text: String = (0..count).map(|i| format!("radius = {i:8}\n")).collect();
+        let (sources, file) = sources(&text, 1);
+        let begin = std::time::Instant::now();
+        for i in (0..count).step_by(10) {
+            let text = drawn(&fault(file, 18 * i + 9, 8), &sources);
+            assert!(text.contains(&format!("radius = {i:8}")) && text.contains(&(i + 1).to_string()), "{text}");
+        }
+        assert!(begin.elapsed().as_secs() < 10, "{:?}", begin.elapsed());
+    }
 }

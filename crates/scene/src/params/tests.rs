@@ -350,3 +350,23 @@ fn missing_parameters_are_told_with_what_they_want() {
 fn getters_of_another_kind_are_a_fault_of_the_program() {
     good(vec![]).color("radius");
 }
+
+#[test]
+fn thousands_of_missing_references_among_thousands_of_names_take_no_quadratic_time() {
+    const SCHEMA: &[ParamSpec] = &[ParamSpec::optional("material", Kind::Reference(Role::Material), "")];
+    let (mut scene, mut out) = (SceneDescription::default(), Diagnostics::default());
+    let count = 20_000;
+    for i in 0..count {
+        scene.add(Node::new(Role::Material, "phong", format!("material-{i}")));
+    }
+    let begin = std::time::Instant::now();
+    for i in 0..count {
+        let node = Node::new(Role::Shape, "thing", format!("s{i}")).with("material", format!("materiel-{i}"));
+        Params::decode(&node, SCHEMA, &scene, &mut out);
+    }
+    let help: Vec<&str> = out.iter().map(|d| d.help.as_str()).collect();
+    assert_eq!(help.len(), count);
+    assert!(help[7].starts_with("did you mean `material-7`?"), "{}", help[7]);
+    assert_eq!(help[count - 1], "define it as [material.NAME] and give its name here");
+    assert!(begin.elapsed().as_secs() < 20, "{:?}", begin.elapsed());
+}

@@ -41,7 +41,7 @@ impl Triangulator {
         let work = if n > ALWAYS_CUT { (n as u64).saturating_mul(n as u64) } else { 0 };
         if work > 0 && self.work.saturating_add(work) > MOST_WORK {
             fan(n, triangles);
-            return Cut::TooLarge;
+            return if is_nearly_covered_by_fan(&self.flat) { Cut::Covered } else { Cut::TooLarge };
         }
         self.work = self.work.saturating_add(work);
         self.earcut.earcut_slice(&self.flat, &[], &mut self.ears);
@@ -99,6 +99,20 @@ fn is_convex(flat: &[[f64; 2]]) -> bool {
     let at = |i: usize| flat[i % n];
     let turns_left = (0..n).all(|i| turn(at(i), at(i + 1), at(i + 2)) >= 0.0);
     turns_left && (0..2).all(|axis| reversals(flat, axis) <= 2)
+}
+
+/// True if the fan from the first corner covers the polygon but for a millionth of its surface: so it is with round
+/// polygons whose corners were rounded to a few digits. All corners must lie before the first one, as seen from it
+/// towards their mean; then the fan cannot wind round twice.
+fn is_nearly_covered_by_fan(flat: &[[f64; 2]]) -> bool {
+    let first = flat[0];
+    let from_first = |p: &[f64; 2]| [p[0] - first[0], p[1] - first[1]];
+    let mean = flat.iter().map(from_first).fold([0.0; 2], |s, p| [s[0] + p[0], s[1] + p[1]]);
+    let least = -1e-6 * (mean[0] * mean[0] + mean[1] * mean[1]) / flat.len() as f64;
+    let before = flat.iter().map(from_first).all(|p| p[0] * mean[0] + p[1] * mean[1] >= least);
+    let areas = || flat.windows(2).map(|w| turn(first, w[0], w[1]));
+    let back: f64 = areas().map(|a| (-a).max(0.0)).sum();
+    before && back <= 1e-6 * areas().sum::<f64>()
 }
 
 /// How often the edges change their direction along an axis, once round.
@@ -244,6 +258,17 @@ mod tests {
         let cuts: Vec<Cut> = (0..42).map(|_| triangulator.cut(&large, &mut triangles)).collect();
         assert_eq!(cuts.iter().position(|c| *c == Cut::TooLarge), Some(40));
         assert_eq!(triangulator.cut(&spiral(ALWAYS_CUT, 1.5), &mut triangles), Cut::Covered);
+        // Rounded to six digits a circle is not quite convex.
+        let circle = |i: i32| {
+            let angle = i as f32 / 20_000.0 * std::f32::consts::TAU;
+            let [x, y] = [penombre_math::float::cos(angle), penombre_math::float::sin(angle)];
+            Vec3::new((x * 1e6).round() / 1e6, (y * 1e6).round() / 1e6, 0.0)
+        };
+        let circle: Vec<Vec3> = (0..20_000).map(circle).collect();
+        triangles.clear();
+        assert_eq!(triangulator.cut(&circle, &mut triangles), Cut::Covered);
+        let (whole, _, total) = areas(&circle, &triangles);
+        assert!((total / whole.length() - 1.0).abs() < 3e-6, "{total} {whole}");
         // A square with many corners on its sides is convex, and exact whatever its size.
         let side = |x: f32, y: f32, dx: f32, dy: f32| {
             (0..25_000).map(move |i| Vec3::new(x + i as f32 * dx, y + i as f32 * dy, 0.0))

@@ -90,7 +90,7 @@ fn values_of_all_kinds() {
     assert_eq!(value("e"), ValueKind::String("é".to_owned()));
     assert_eq!(value("f"), Value::from(vec![Value::from(1), Value::from([2.0])]).kind);
     assert_eq!(value("g"), ValueKind::Table(vec![]));
-    assert_eq!(value("h"), ValueKind::Float(f64::INFINITY));
+    assert_eq!(value("h"), ValueKind::Float(f64::MAX));
     assert_eq!(value("i"), ValueKind::Float(1e20));
     assert_eq!(value("j"), ValueKind::String("1979-05-27".to_owned()));
     assert_eq!(value("k"), ValueKind::Float(-1e20));
@@ -332,4 +332,25 @@ fn millions_of_faults_are_told_quickly() {
         assert!(!faults.is_empty() && faults.len() <= 21, "{}", faults.len());
         assert!(begin.elapsed().as_secs() < 10, "{line}: {:?}", begin.elapsed());
     }
+}
+
+#[test]
+fn a_stray_key_hides_no_named_table() {
+    let scene = bad(
+        "penombre = 1\n[material]\nfoo = 1\nx = { texture = \"t\" }\nblue = { type = \"phong\" }\n[material.red]\ntype = \"phong\"\n",
+        &[("2:1", "`material` has the key `foo` but no name")],
+    );
+    let names: Vec<String> = scene.description.iter().map(|(_, n)| n.path()).collect();
+    // What has neither a header nor a type is a value of the node without a name.
+    assert_eq!(names, ["material.blue", "material.red"]);
+}
+
+#[test]
+fn many_faults_take_no_quadratic_time() {
+    let count = 100_000;
+    let nodes: String = (0..count).map(|i| format!("[shape.s{i}]\nradius = 1\n")).collect();
+    let begin = std::time::Instant::now();
+    let (_, faults) = read(&format!("penombre = 1\n{nodes}"));
+    assert_eq!(faults.len(), count);
+    assert!(begin.elapsed().as_secs() < 20, "{:?}", begin.elapsed());
 }

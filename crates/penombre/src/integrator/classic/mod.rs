@@ -122,7 +122,8 @@ impl Classic {
         for (index, light) in scene.lights().iter().enumerate() {
             let light = &light.value;
             let center = light.center();
-            let to_light = (center - at.p).normalize_or_zero();
+            // In double precision: squares of distances overflow single precision from 1e19 on.
+            let to_light = (center.as_dvec3() - at.p.as_dvec3()).normalize_or_zero().as_vec3();
             let reflectance = phong(view, normal, at.wo, to_light);
             let radiance = path.weight * light.classic_color() * reflectance;
             if radiance.is_black() {
