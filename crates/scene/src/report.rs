@@ -336,7 +336,10 @@ mod tests {
         let begin = std::time::Instant::now();
         for i in (0..count).step_by(10) {
             let text = drawn(&fault(file, 18 * i + 9, 8), &sources);
-            assert!(text.contains(&format!("radius = {i:8}")) && text.contains(&(i + 1).to_string()), "{text}");
+            assert!(
+                text.contains(&format!("radius = {i:8}")) && text.contains(&(i + 1).to_string()),
+                "{text}"
+            );
         }
         assert!(begin.elapsed().as_secs() < 10, "{:?}", begin.elapsed());
     }
