@@ -7,6 +7,9 @@
 //! tested without one.
 #![forbid(unsafe_code)]
 
+#[cfg(test)]
+mod testing;
+
 pub mod camera;
 pub mod keys;
 pub mod preview;

@@ -1,9 +1,8 @@
 //! Tests of rendering in the background.
 
 use super::*;
-use penombre::{Event, Observer};
+use crate::testing::digest;
 use penombre_scene::{Assets, Diagnostics, Role, Value};
-use std::ops::ControlFlow;
 
 /// A plan for a built-in scene at a small size.
 fn plan(name: &str, size: [i64; 2], spp: i64) -> Plan {
@@ -12,21 +11,6 @@ fn plan(name: &str, size: [i64; 2], spp: i64) -> Plan {
     d.node_mut(id).set("size", Value::from(size));
     d.node_mut(id).set("spp", spp.into());
     Plan::new(&d, &Assets::default(), &mut Diagnostics::default()).unwrap()
-}
-
-struct Quiet;
-
-impl Observer for Quiet {
-    fn on(&self, _: Event<'_>) -> ControlFlow<()> {
-        ControlFlow::Continue(())
-    }
-}
-
-/// What the command computes.
-fn digest(plan: Plan) -> String {
-    let mut render = Render::new(plan);
-    render.run(1, &Quiet);
-    render.image().digest()
 }
 
 /// Options that keep every snapshot that is seen from the render's threads.

@@ -2,25 +2,10 @@
 
 use super::*;
 use crate::camera::{AxisView, Button};
-use penombre::{Event, Observer, Render};
+use crate::testing::digest;
 use penombre_math::Vec2;
 use penombre_scene::Value;
-use std::ops::ControlFlow;
 use std::path::Path;
-
-struct Quiet;
-
-impl Observer for Quiet {
-    fn on(&self, _: Event<'_>) -> ControlFlow<()> {
-        ControlFlow::Continue(())
-    }
-}
-
-fn digest(plan: Plan) -> String {
-    let mut render = Render::new(plan);
-    render.run(2, &Quiet);
-    render.image().digest()
-}
 
 /// Words of a command line: bare ones and such in single quotes.
 fn words(line: &str) -> Vec<String> {
