@@ -69,8 +69,58 @@ pub struct UnknownName {
 #[must_use]
 pub fn quantise(image: &Image, tone: ToneCurve, exposure: f32) -> Vec<u8> {
     let gain = float::exp2(exposure);
-    let byte = |c: f32| (255.0 * tone.apply(gain * c)).round() as u8;
-    image.rgb_pixels().flatten().map(byte).collect()
+    let quantiser = Quantiser::new(tone);
+    image.rgb_pixels().flatten().map(|c| quantiser.byte(gain * c)).collect()
+}
+
+/// A curve as the values at which the next byte begins: the bytes of the formula without its power function.
+struct Quantiser {
+    /// The smallest value of each byte.
+    first: [f32; 256],
+    /// Byte at the beginning of each cell of values.
+    cells: Vec<u8>,
+}
+
+impl Quantiser {
+    /// Bits of a value that do not tell its cell: 128 cells for each power of two.
+    const CELL_BITS: u32 = 16;
+    /// Values below this one, 2⁻¹⁶, are all in the first cell.
+    const LOWEST: u32 = 0x3780_0000;
+
+    fn new(tone: ToneCurve) -> Self {
+        let byte = |c: f32| (255.0 * tone.apply(c)).round() as u8;
+        let mut first = [0.0; 256];
+        for (code, first) in first.iter_mut().enumerate().skip(1) {
+            // Bits of floats from 0 to 1 are in the order of the floats.
+            let (mut below, mut at) = (0, 1f32.to_bits());
+            while at - below > 1 {
+                let middle = below.midpoint(at);
+                if usize::from(byte(f32::from_bits(middle))) < code { below = middle } else { at = middle }
+            }
+            *first = f32::from_bits(at);
+        }
+        let begins = (Self::LOWEST..1f32.to_bits()).step_by(1 << Self::CELL_BITS);
+        let mut cells: Vec<u8> = begins.map(|bits| byte(f32::from_bits(bits))).collect();
+        cells[0] = 0;
+        Self { first, cells }
+    }
+
+    fn byte(&self, value: f32) -> u8 {
+        // Also NaN, which is not above 0.
+        let positive = value > 0.0;
+        if !positive {
+            return 0;
+        }
+        if value >= 1.0 {
+            return 255;
+        }
+        let cell = value.to_bits().saturating_sub(Self::LOWEST) >> Self::CELL_BITS;
+        let mut byte = self.cells[cell as usize];
+        while byte < 255 && value >= self.first[usize::from(byte) + 1] {
+            byte += 1;
+        }
+        byte
+    }
 }
 
 #[cfg(test)]
@@ -119,6 +169,20 @@ mod tests {
         for byte in 0..=255u8 {
             let linear = penombre_math::color::srgb_decode_u8(byte);
             assert_eq!(one(linear, ToneCurve::Srgb, 0.0), byte);
+        }
+    }
+
+    /// The table gives the formula's bytes, next to every step and everywhere else.
+    #[test]
+    fn bytes_are_those_of_the_formula() {
+        for tone in [ToneCurve::Raw, ToneCurve::Srgb] {
+            let formula = |c: f32| (255.0 * tone.apply(c)).round() as u8;
+            let quantiser = Quantiser::new(tone);
+            let steps = quantiser.first[1..].iter().flat_map(|f| (0..7).map(|i| f.to_bits() + i - 3));
+            let spread = (0..0x4000_0000).step_by(4099);
+            for value in steps.chain(spread).map(f32::from_bits) {
+                assert_eq!(quantiser.byte(value), formula(value), "{tone} {value:e}");
+            }
         }
     }
 

@@ -1,10 +1,10 @@
-//! The window's logic, without a window.
+//! The window: its logic, and the thin layer that shows it.
 //!
 //! A [`state::Viewer`] takes what a person does and says what is to be done; a [`session::Session`] is the scene
 //! that is shown, and the command that gives the same image; a [`progressive::ProgressiveRender`] traces it in
-//! the background, coarse first; [`preview::PreviewMesh`] is what a rasteriser draws meanwhile. Nothing here
-//! knows of a graphics card, a window system or a widget: a window is a thin layer on top, and all of this is
-//! tested without one.
+//! the background, coarse first; [`preview::PreviewMesh`] is what a rasteriser draws meanwhile. None of
+//! these knows of a graphics card, a window system or a widget: they are tested without. [`window`] puts them on the
+//! screen.
 #![forbid(unsafe_code)]
 
 #[cfg(test)]
@@ -18,3 +18,4 @@ pub mod raster;
 pub mod session;
 pub mod state;
 pub mod trackball;
+pub mod window;

@@ -141,16 +141,37 @@ impl PreviewMesh {
         self.indices.iter().flat_map(|i| i.to_le_bytes()).collect()
     }
 
-    /// The edges of all triangles, each once, as pairs of vertex indices: for wireframes. Costs a sort.
-    pub fn edges(&self) -> Vec<u32> {
-        let edge = |a: u32, b: u32| (u64::from(a.min(b)) << 32) | u64::from(a.max(b));
-        let triangles = self.indices.chunks_exact(3);
-        let mut keys: Vec<u64> =
-            triangles.flat_map(|t| [edge(t[0], t[1]), edge(t[1], t[2]), edge(t[2], t[0])]).collect();
-        keys.sort_unstable();
-        keys.dedup();
-        keys.into_iter().flat_map(|k| [(k >> 32) as u32, k as u32]).collect()
+    /// The edges of all triangles, each once for each material: for wireframes. Costs a sort.
+    pub fn edges(&self) -> Edges {
+        let mut edges = Edges::default();
+        for group in &self.groups {
+            let own = &self.indices[group.indices.start as usize..group.indices.end as usize];
+            let start = edges.indices.len() as u32;
+            edges.indices.extend(edges_of(own));
+            edges.groups.push(Group { indices: start..edges.indices.len() as u32, ..*group });
+        }
+        edges
     }
+}
+
+/// Lines of a scene for a rasteriser.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Edges {
+    /// Two vertices for each line, sorted by material.
+    pub indices: Vec<u32>,
+    /// What to draw with which material.
+    pub groups: Vec<Group>,
+}
+
+/// The edges of triangles, each once, as pairs of vertex indices.
+fn edges_of(triangles: &[u32]) -> impl Iterator<Item = u32> {
+    let edge = |a: u32, b: u32| (u64::from(a.min(b)) << 32) | u64::from(a.max(b));
+    let triangles = triangles.chunks_exact(3);
+    let mut keys: Vec<u64> =
+        triangles.flat_map(|t| [edge(t[0], t[1]), edge(t[1], t[2]), edge(t[2], t[0])]).collect();
+    keys.sort_unstable();
+    keys.dedup();
+    keys.into_iter().flat_map(|k| [(k >> 32) as u32, k as u32])
 }
 
 /// Collects triangles within the limits.

@@ -77,6 +77,8 @@ pub enum Input {
     Saved(Result<String, String>),
     /// A value of the panel changed.
     Panel(PanelChange),
+    /// Something failed that nobody asked for; why, for a person.
+    Fault(String),
     /// The message was read.
     MessageClosed,
     /// Time passed: seconds since any fixed moment. Needed while [`Viewer::wants_ticks`].
@@ -199,6 +201,7 @@ pub struct Viewer {
     fullscreen: bool,
     help: bool,
     message: Option<String>,
+    notice: Option<String>,
     /// Something that the live render must follow has changed since the last tick.
     moved: bool,
     /// When the rest began, as far as ticks have told.
@@ -206,6 +209,9 @@ pub struct Viewer {
 }
 
 impl Viewer {
+    /// How often [`Input::Tick`] should come while it is wanted.
+    pub const TICK: std::time::Duration = std::time::Duration::from_millis(10);
+
     /// A window of that size without a scene; the first action loads one.
     pub fn new(size: [u32; 2], first: Source) -> (Self, Vec<Action>) {
         let camera = crate::camera::LookAt {
@@ -234,6 +240,7 @@ impl Viewer {
             fullscreen: false,
             help: false,
             message: None,
+            notice: None,
             moved: false,
             resting_since: None,
         };
@@ -262,8 +269,11 @@ impl Viewer {
             }
             Input::LoadFailed { .. } => Vec::new(),
             Input::Render { id, event } => self.render_event(id, event),
-            Input::Saved(Ok(_)) => vec![Action::Redraw],
-            Input::Saved(Err(message)) => self.say(message),
+            Input::Saved(Ok(text)) => {
+                self.notice = Some(text);
+                vec![Action::Redraw]
+            }
+            Input::Saved(Err(message)) | Input::Fault(message) => self.say(message),
             Input::Panel(change) => self.panel(change),
             Input::MessageClosed => {
                 self.message = None;
@@ -311,6 +321,12 @@ impl Viewer {
 
     /// Esc: whatever is in front goes first.
     fn escape(&mut self) -> Vec<Action> {
+        if self.message.take().is_some() {
+            return vec![Action::Redraw];
+        }
+        if std::mem::take(&mut self.help) {
+            return vec![Action::ShowHelp(false), Action::Redraw];
+        }
         let busy = self.running.is_some_and(|r| r.busy);
         if !busy {
             return vec![Action::Quit];
@@ -337,11 +353,13 @@ impl Viewer {
         self.start_render(true)
     }
 
+    /// Starts a render; `save`: write the files of `r` when it is complete.
     fn start_render(&mut self, save: bool) -> Vec<Action> {
         if self.source.is_none() || self.size.contains(&0) {
             return Vec::new();
         }
         self.renders += 1;
+        self.notice = None;
         (self.moved, self.resting_since) = (false, None);
         self.running = Some(Running { id: self.renders, save, busy: true });
         self.mode = Mode::Rendering(None);
@@ -532,6 +550,11 @@ impl Viewer {
         self.message.as_deref()
     }
 
+    /// What was done last, for a person: where an image was written.
+    pub fn notice(&self) -> Option<&str> {
+        self.notice.as_deref()
+    }
+
     /// True if a render starts whenever the camera rests.
     pub fn is_live(&self) -> bool {
         self.live
@@ -545,6 +568,11 @@ impl Viewer {
     /// True if edges are drawn instead of surfaces.
     pub fn is_wireframe(&self) -> bool {
         self.wireframe
+    }
+
+    /// True if the picture fills the screen.
+    pub fn is_fullscreen(&self) -> bool {
+        self.fullscreen
     }
 
     /// True if the help is shown.

@@ -1,15 +1,18 @@
 //! The raster preview and the ray tracer see the same outlines.
 //!
-//! For each scene and camera the preview's triangles are drawn by the software rasteriser, and the ray tracer
-//! asks one ray through the middle of each pixel which object it meets. Every pixel at an outline of the one must
-//! lie within 1.5 pixels of an outline of the other.
+//! For each scene and camera the preview's triangles are drawn by the software rasteriser and by the graphics card
+//! (each object in a colour of its own), and the ray tracer asks one ray through the middle of each pixel which object
+//! it meets. Every pixel at an outline of the one must lie within 1.5 pixels of an outline of the other.
+
+mod common;
 
 use penombre::Plan;
 use penombre_math::Vec2;
 use penombre_view::camera::{AxisView, Button, CourseCamera};
-use penombre_view::preview::Limits;
+use penombre_view::preview::{Limits, PreviewMesh};
 use penombre_view::raster::{Frame, NOTHING};
 use penombre_view::session::{Session, Setup, Source};
+use penombre_view::window::gpu::{Gpu, GpuMesh, Look, Target};
 
 const SIZE: [u32; 2] = [240, 180];
 /// Largest distance between outlines, pixels.
@@ -28,6 +31,33 @@ fn traced(plan: &Plan) -> Vec<u32> {
         plan.scene.surface(&ray, &plan.scene.closest(&ray)).map_or(NOTHING, |at| at.shape)
     };
     (0..SIZE[1]).flat_map(|y| (0..SIZE[0]).map(move |x| (x, y))).map(|(x, y)| object(x, y)).collect()
+}
+
+/// A preview in which every object has a colour of its own: its number in the red and green bytes, plus one.
+fn numbered(mesh: &PreviewMesh) -> PreviewMesh {
+    let mut mesh = mesh.clone();
+    for (triangle, object) in mesh.indices.chunks_exact(3).zip(&mesh.objects) {
+        let [low, high, ..] = (object + 1).to_le_bytes().map(|byte| f32::from(byte) / 255.0);
+        triangle.iter().for_each(|i| mesh.vertices[*i as usize].color = [low, high, 0.0, 1.0]);
+    }
+    for material in &mut mesh.materials {
+        (material.diffuse, material.texture) = ([1.0; 3], None);
+    }
+    mesh
+}
+
+/// What the graphics card draws at each pixel.
+fn drawn(gpu: &Gpu, mesh: &PreviewMesh, camera: &CourseCamera) -> Vec<u32> {
+    let (target, mesh) = (Target::new(gpu, SIZE), GpuMesh::new(gpu, &numbered(mesh)));
+    let look = Look { flat: true, srgb: false, exposure: 0.0, wireframe: false };
+    gpu.draw(&target, Some((&mesh, None)), camera, &look);
+    let pixels = target.read(gpu).expect("the card gives the picture back");
+    let object = |p: &[u8]| match u32::from_le_bytes([p[0], p[1], 0, 0]) {
+        // The background is blue, and objects have none.
+        _ if p[2] != 0 => NOTHING,
+        number => number - 1,
+    };
+    pixels.chunks_exact(4).map(object).collect()
 }
 
 /// Pixels whose right or lower neighbour shows another object.
@@ -68,6 +98,8 @@ fn cameras(session: &Session) -> [CourseCamera; 3] {
 fn compare(source: &Source, least: usize) {
     let session = Session::load(source, Some(SIZE), &Limits::default()).expect("a sound scene");
     assert_eq!(session.preview().note, None);
+    // With several samples per pixel the colours at outlines would be mixtures.
+    let gpu = common::card().map(|state| Gpu::with_samples(&state, 1));
     for (i, camera) in cameras(&session).into_iter().enumerate() {
         let frame = Frame::draw(session.preview(), &camera, SIZE);
         let plan = session.plan(&Setup { camera, ..session.setup() }).expect("a sound scene");
@@ -75,6 +107,11 @@ fn compare(source: &Source, least: usize) {
         assert!(rays.len() >= least, "{} camera {i}: only {} pixels", source.scene, rays.len());
         let apart = farthest(&raster, &rays).max(farthest(&rays, &raster));
         assert!(apart <= TOLERANCE, "{} camera {i}: {apart} pixels apart", source.scene);
+        if let Some(gpu) = &gpu {
+            let raster = outline(&drawn(gpu, session.preview(), &camera));
+            let apart = farthest(&raster, &rays).max(farthest(&rays, &raster));
+            assert!(apart <= TOLERANCE, "{} camera {i}: {apart} pixels apart on the card", source.scene);
+        }
     }
 }
 

@@ -73,14 +73,17 @@ fn bytes_are_the_numbers_without_gaps() {
 fn edges_are_those_of_the_triangles_once() {
     let mesh = PreviewMesh {
         indices: vec![0, 1, 2, 0, 2, 3, 2, 1, 0],
-        vertices: Vec::new(),
+        groups: vec![Group { material: 5, indices: 0..6 }, Group { material: 7, indices: 6..9 }],
         ..PreviewMesh::default()
     };
-    assert_eq!(mesh.edges(), [0, 1, 0, 2, 0, 3, 1, 2, 2, 3]);
+    let edges = mesh.edges();
+    assert_eq!(edges.indices, [0, 1, 0, 2, 0, 3, 1, 2, 2, 3, 0, 1, 0, 2, 1, 2]);
+    let groups = [Group { material: 5, indices: 0..10 }, Group { material: 7, indices: 10..16 }];
+    assert_eq!(edges.groups, groups);
     // A closed grid (Euler): the sphere's tessellation has as many edges as faces and vertices say, minus 1 for its
     // seam and poles, which are open.
     let sphere = PreviewMesh::new(&scene(&builtin("sphere")), &Limits::default());
-    assert_eq!(sphere.edges().len() / 2 + 1, sphere.triangles() + sphere.vertices.len());
+    assert_eq!(sphere.edges().indices.len() / 2 + 1, sphere.triangles() + sphere.vertices.len());
 }
 
 #[test]

@@ -11,21 +11,34 @@ const BROKEN: &str = "loading broke off: this is a fault of the program";
 /// A scene on its way. The one that is shown stays until [`Loading::poll`] brings the new one. Dropped, it is
 /// forgotten: its thread ends by itself.
 #[derive(Debug)]
-pub struct Loading {
+pub struct Loading<T> {
     source: Source,
     /// Empty once the result was taken.
-    result: Option<Receiver<Result<Session, String>>>,
+    result: Option<Receiver<Loaded<T>>>,
 }
 
-impl Loading {
-    /// Starts. `wake` is called at the end, from the loading thread. `size`: see [`Session::load`].
-    pub fn start(source: Source, size: Option<[u32; 2]>, wake: Arc<dyn Fn() + Send + Sync>) -> Self {
+/// A scene and what was made of it, or all faults as text for a person.
+type Loaded<T> = Result<(Session, T), String>;
+
+impl<T: Send + 'static> Loading<T> {
+    /// Starts. `size`: see [`Session::load`]. `prepare` makes what the window needs of the scene, and `wake` is called
+    /// at the end; both on the loading thread.
+    pub fn start(
+        source: Source,
+        size: Option<[u32; 2]>,
+        prepare: impl FnOnce(&Session) -> T + Send + 'static,
+        wake: Arc<dyn Fn() + Send + Sync>,
+    ) -> Self {
         let (send, result) = channel();
         let (theirs, failed) = (source.clone(), send.clone());
         let thread = std::thread::Builder::new().name("load".to_owned());
         let spawned = thread.spawn(move || {
+            let session = Session::load(&theirs, size, &Limits::default());
             // Nobody may be waiting any more.
-            let _ = send.send(Session::load(&theirs, size, &Limits::default()));
+            let _ = send.send(session.map(|session| {
+                let prepared = prepare(&session);
+                (session, prepared)
+            }));
             wake();
         });
         if let Err(e) = spawned {
@@ -40,7 +53,7 @@ impl Loading {
     }
 
     /// The scene, or all faults as text for a person; `None` while it is not there yet, and after it was taken.
-    pub fn poll(&mut self) -> Option<Result<Session, String>> {
+    pub fn poll(&mut self) -> Option<Loaded<T>> {
         let result = match self.result.as_ref()?.try_recv() {
             Ok(result) => result,
             Err(TryRecvError::Empty) => return None,
@@ -55,7 +68,7 @@ impl Loading {
     /// # Errors
     ///
     /// All faults, as text for a person.
-    pub fn wait(self) -> Result<Session, String> {
+    pub fn wait(self) -> Loaded<T> {
         let received = self.result.and_then(|result| result.recv().ok());
         received.unwrap_or_else(|| Err(BROKEN.to_owned()))
     }

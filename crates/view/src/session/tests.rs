@@ -264,10 +264,13 @@ fn files_are_not_taken_for_scenes_or_options() {
 fn loading_happens_in_the_background() {
     let (send, woken) = std::sync::mpsc::channel();
     let wake: Arc<dyn Fn() + Send + Sync> = Arc::new(move || send.send(()).unwrap());
-    let mut loading = Loading::start(Source::builtin("square"), Some([10, 20]), wake.clone());
+    let count = |session: &Session| session.preview().triangles();
+    let mut loading = Loading::start(Source::builtin("square"), Some([10, 20]), count, wake.clone());
     woken.recv_timeout(std::time::Duration::from_secs(60)).unwrap();
-    let session = loading.poll().unwrap().unwrap();
+    let (session, triangles) = loading.poll().unwrap().unwrap();
+    assert_eq!(triangles, session.preview().triangles());
     assert_eq!((session.name(), session.values().size), ("square", [10, 20]));
     assert!(loading.poll().is_none(), "a result is taken once");
-    assert!(Loading::start(Source::builtin("sqare"), None, wake).wait().unwrap_err().contains("square"));
+    let failed = Loading::start(Source::builtin("sqare"), None, count, wake).wait();
+    assert!(failed.unwrap_err().contains("square"));
 }

@@ -227,6 +227,29 @@ fn files_are_opened_and_saved_and_faults_are_told() {
 }
 
 #[test]
+fn escape_takes_what_is_in_front_first() {
+    let mut viewer = showing("cornell");
+    let id = started(&key(&mut viewer, 'r')).unwrap();
+    news(&mut viewer, id, picture(Stage::Refining));
+    key(&mut viewer, '?');
+    viewer.handle(Input::Saved(Err("disk full".to_owned())));
+    assert_eq!(escape(&mut viewer), [Action::Redraw]);
+    assert_eq!((viewer.message(), viewer.shows_help()), (None, true));
+    assert_eq!(escape(&mut viewer), [Action::ShowHelp(false), Action::Redraw]);
+    assert!(escape(&mut viewer).contains(&Action::CancelRender));
+    assert_eq!(escape(&mut viewer), [Action::Quit]);
+}
+
+#[test]
+fn what_was_saved_is_told_until_the_next_render() {
+    let mut viewer = showing("cornell");
+    viewer.handle(Input::Saved(Ok("rendu.ppm was written".to_owned())));
+    assert_eq!(viewer.notice(), Some("rendu.ppm was written"));
+    key(&mut viewer, 'r');
+    assert_eq!(viewer.notice(), None);
+}
+
+#[test]
 fn a_hidden_or_tiny_window_is_no_trouble() {
     let mut viewer = showing("cornell");
     assert_eq!(viewer.handle(Input::Resize([480, 480])), [], "the same size");

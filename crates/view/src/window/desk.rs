@@ -1,0 +1,196 @@
+//! Carries out what the state machine asks for, in the background, and reports what came of it.
+
+use super::gpu::{Gpu, GpuEdges, GpuMesh};
+use super::task::Task;
+use crate::progressive::{Options, Renders, Snapshot, State};
+use crate::session::{Loading, Session, Setup, Source};
+use crate::state::{Input, RenderEvent};
+use penombre_image::WriteOptions;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// Least time between two pictures of a render where the processor also draws the window.
+const SOFTWARE_INTERVAL: Duration = Duration::from_millis(300);
+
+/// Wakes the window from any thread.
+pub type Wake = Arc<dyn Fn() + Send + Sync>;
+
+/// A scene that is shown, on the card.
+struct Stage {
+    session: Session,
+    mesh: Option<Arc<GpuMesh>>,
+    edges: Option<GpuEdges>,
+    /// Edges on their way.
+    finding: Option<Task<GpuEdges>>,
+}
+
+/// The render that is shown.
+struct Current {
+    id: u64,
+    /// The newest picture.
+    newest: Option<Snapshot>,
+    /// True once its end was reported.
+    ended: bool,
+}
+
+/// Scene, render and saves.
+pub struct Desk {
+    gpu: Option<Gpu>,
+    wake: Wake,
+    stage: Option<Stage>,
+    loading: Option<Loading<Option<Arc<GpuMesh>>>>,
+    renders: Renders,
+    current: Option<Current>,
+    saves: Vec<Task<Result<String, String>>>,
+}
+
+impl Desk {
+    /// An empty desk. Without a card, no preview is drawn.
+    pub fn new(gpu: Option<Gpu>, wake: Wake) -> Self {
+        let renders = Renders::default();
+        Self { gpu, wake, stage: None, loading: None, renders, current: None, saves: Vec::new() }
+    }
+
+    /// Loads a scene; `size`: of the picture, pixels; `None`: what the scene says.
+    pub fn load(&mut self, source: Source, size: Option<[u32; 2]>) {
+        let gpu = self.gpu.clone();
+        let prepare = move |session: &Session| gpu.map(|gpu| Arc::new(GpuMesh::new(&gpu, session.preview())));
+        self.loading = Some(Loading::start(source, size, prepare, self.wake.clone()));
+    }
+
+    /// Starts a render of the scene that is shown.
+    pub fn render(&mut self, id: u64, setup: Setup, beyond: bool) {
+        let Some(stage) = &self.stage else { return };
+        let session = stage.session.clone();
+        let mut options = Options { beyond, wake: self.wake.clone(), ..Options::default() };
+        if self.gpu.as_ref().is_some_and(Gpu::is_software) {
+            options.interval = SOFTWARE_INTERVAL;
+        }
+        self.renders.start(move || session.plan(&setup), options);
+        self.current = Some(Current { id, newest: None, ended: false });
+    }
+
+    /// Stops the render; its newest picture stays.
+    pub fn cancel(&mut self) {
+        self.renders.cancel();
+    }
+
+    /// Writes the image of exactly the asked samples if there is one, else the newest, with the tone curve and the
+    /// exposure of `setup`.
+    pub fn save(&mut self, path: PathBuf, course_ppm: bool, setup: &Setup) {
+        let (Some(stage), Some(current)) = (&self.stage, &self.current) else { return };
+        let complete = self.renders.current().and_then(|render| render.complete());
+        let Some(picture) = complete.or_else(|| current.newest.clone()) else { return };
+        let settings = &setup.settings;
+        let options = WriteOptions {
+            tone: stage.session.tone(settings),
+            exposure: settings.exposure,
+            course_ppm,
+            metadata: Vec::new(),
+        };
+        let write = move || {
+            let name = path.display();
+            match penombre_image::save(&path, &picture.image, &options) {
+                Ok(()) => Ok(format!("{name} was written")),
+                Err(error) => Err(format!("the image was not saved: {error}")),
+            }
+        };
+        self.saves.push(Task::start("save", write, self.wake.clone()));
+    }
+
+    /// What came of it since the last call.
+    pub fn poll(&mut self) -> Vec<Input> {
+        let mut news = Vec::new();
+        if let Some(loading) = &mut self.loading
+            && let Some(result) = loading.poll()
+        {
+            let source = loading.source().clone();
+            self.loading = None;
+            news.push(self.loaded(source, result));
+        }
+        self.poll_render(&mut news);
+        self.saves.retain_mut(|save| match save.poll() {
+            None => true,
+            Some(result) => {
+                news.push(Input::Saved(result.unwrap_or_else(Err)));
+                false
+            }
+        });
+        if let Some(stage) = &mut self.stage
+            && let Some(result) = stage.finding.as_mut().and_then(Task::poll)
+        {
+            (stage.finding, stage.edges) = (None, result.ok());
+        }
+        news
+    }
+
+    fn loaded(&mut self, source: Source, result: Result<(Session, Option<Arc<GpuMesh>>), String>) -> Input {
+        match result {
+            Err(message) => Input::LoadFailed { source, message },
+            Ok((session, mesh)) => {
+                let (camera, bounds) = (session.start_camera(), session.bounds());
+                self.renders.cancel();
+                self.current = None;
+                self.stage = Some(Stage { session, mesh, edges: None, finding: None });
+                Input::Loaded { source, camera, bounds }
+            }
+        }
+    }
+
+    fn poll_render(&mut self, news: &mut Vec<Input>) {
+        let (Some(current), Some(render)) = (&mut self.current, self.renders.current()) else { return };
+        let mut tell = |event| news.push(Input::Render { id: current.id, event });
+        // The state first: what was published before the end is then seen as well.
+        let state = render.state();
+        if let Some(snapshot) = render.take_snapshot() {
+            tell(RenderEvent::Picture(snapshot.stage, snapshot.figures));
+            current.newest = Some(snapshot);
+        }
+        let end = match state {
+            State::Running => return,
+            State::Finished | State::Cancelled => RenderEvent::Finished,
+            State::Failed(message) => RenderEvent::Failed(message),
+        };
+        if !std::mem::replace(&mut current.ended, true) {
+            tell(end);
+        }
+    }
+
+    /// The scene that is shown.
+    pub fn session(&self) -> Option<&Session> {
+        self.stage.as_ref().map(|stage| &stage.session)
+    }
+
+    /// What the preview draws.
+    pub fn mesh(&self) -> Option<&Arc<GpuMesh>> {
+        self.stage.as_ref()?.mesh.as_ref()
+    }
+
+    /// The edges of the scene, once they are found; asking begins the search.
+    pub fn edges(&mut self) -> Option<&GpuEdges> {
+        let (gpu, stage) = (self.gpu.as_ref()?, self.stage.as_mut()?);
+        if stage.edges.is_none() && stage.finding.is_none() {
+            let (gpu, preview) = (gpu.clone(), stage.session.preview().clone());
+            let find = move || GpuEdges::new(&gpu, &preview);
+            stage.finding = Some(Task::start("edges", find, self.wake.clone()));
+        }
+        stage.edges.as_ref()
+    }
+
+    /// The newest picture of the render that is shown.
+    pub fn picture(&self) -> Option<&Snapshot> {
+        self.current.as_ref()?.newest.as_ref()
+    }
+
+    /// True while something is written.
+    pub fn is_saving(&self) -> bool {
+        !self.saves.is_empty()
+    }
+
+    /// Waits for everything that is being written; the messages of what could not be.
+    pub fn finish_saves(&mut self) -> Vec<String> {
+        let results = self.saves.drain(..).map(|save| save.wait().unwrap_or_else(Err));
+        results.filter_map(Result::err).collect()
+    }
+}
