@@ -28,12 +28,32 @@ pub struct Plan {
 impl Plan {
     /// Builds all that a description asks for. *All* faults go to `out`; `None` if any of them is an error.
     pub fn new(description: &SceneDescription, assets: &Assets, out: &mut Diagnostics) -> Option<Self> {
+        Self::with(description, assets, out, |aspect, out| Scene::build(description, assets, aspect, out))
+    }
+
+    /// The same, faster where the shapes of `previous` are the description's: see [`Scene::update`].
+    pub fn update(
+        previous: &Scene,
+        description: &SceneDescription,
+        assets: &Assets,
+        out: &mut Diagnostics,
+    ) -> Option<Self> {
+        let scene = |aspect, out: &mut Diagnostics| Scene::update(previous, description, assets, aspect, out);
+        Self::with(description, assets, out, scene)
+    }
+
+    /// Builds all but the scene, which comes from `scene`, given width over height of the image.
+    fn with(
+        description: &SceneDescription,
+        assets: &Assets,
+        out: &mut Diagnostics,
+        scene: impl FnOnce(f32, &mut Diagnostics) -> Option<Arc<Scene>>,
+    ) -> Option<Self> {
         let mut context = Context { description, assets, out, node: NodeId(0) };
         let settings = RenderSettings::build(&mut context);
         check_size(&settings, context.out);
         let integrator = integrator(&settings, &mut context);
-        let aspect = settings.size[0] as f32 / settings.size[1] as f32;
-        let scene = Scene::build(description, assets, aspect, out);
+        let scene = scene(settings.size[0] as f32 / settings.size[1] as f32, out);
         let (scene, integrator) = (scene?, integrator?);
         let job = Job {
             size: settings.size,
