@@ -73,6 +73,30 @@ fn units_cover_every_sample_of_every_pixel_once() {
     }
 }
 
+#[test]
+fn a_unit_is_given_up_whenever_it_is_asked_to() {
+    let mut d = small("cornell", 3, 2);
+    let light = d.of_role(Role::Light).next().unwrap().1.name.clone();
+    set(&mut d, Role::Light, &light, "shadow_samples", 20_000);
+    let p = plan(&d);
+    let asked = AtomicUsize::new(0);
+    let unit = |stop: &dyn Fn(usize) -> bool| {
+        asked.store(0, Ordering::Relaxed);
+        let stop = || stop(asked.fetch_add(1, Ordering::Relaxed));
+        Render::unit_unless(&p.scene, &*p.integrator, &p.job, p.job.unit(0), &stop)
+    };
+    let whole = unit(&|_| false).unwrap();
+    assert_eq!(whole, Render::unit(&p.scene, &*p.integrator, &p.job, p.job.unit(0)));
+    // Often: no ray of a heavy step waits long for the question.
+    let asked = asked.load(Ordering::Relaxed);
+    assert!(whole.rays / asked as u64 <= 2048, "asked {asked} times in {} rays", whole.rays);
+    // Whether it says true from then on or only once.
+    for at in (0..asked).step_by(11).chain([asked - 1]) {
+        assert_eq!(unit(&|k| k == at), None);
+        assert_eq!(unit(&|k| k >= at), None);
+    }
+}
+
 /// Stops after some units.
 struct StopAfter(AtomicUsize);
 
