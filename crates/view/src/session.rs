@@ -12,6 +12,7 @@ use crate::preview::{Limits, PreviewMesh};
 use edits::Edit;
 use penombre::camera::AnyCamera;
 use penombre::integrator::Classic;
+use penombre::render::default_tone;
 use penombre::{Plan, Scene};
 use penombre_image::ToneCurve;
 use penombre_math::{Bounds3, Vec3};
@@ -214,8 +215,7 @@ impl Session {
     /// The tone curve that shows images: the panel's, or the one that the command would take.
     pub fn tone(&self, settings: &Settings) -> ToneCurve {
         let integrator = settings.integrator.as_deref().unwrap_or(&self.values.integrator);
-        let usual = if integrator == Classic::NAME { ToneCurve::Raw } else { ToneCurve::Srgb };
-        settings.tone.unwrap_or(usual)
+        settings.tone.unwrap_or_else(|| default_tone(integrator))
     }
 
     /// The scene with all edits, ready to be rendered: what the command of [`Session::command_line`] renders. No edit

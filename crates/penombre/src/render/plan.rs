@@ -4,6 +4,7 @@ use super::{Job, RenderSettings};
 use crate::integrator::{AnyIntegrator, Classic, TYPES};
 use crate::registry::Context;
 use crate::scene::Scene;
+use penombre_image::ToneCurve;
 use penombre_scene::assets::Assets;
 use penombre_scene::{Diagnostics, NodeId, ParamSpec, Role, SceneDescription};
 use std::sync::Arc;
@@ -67,6 +68,27 @@ impl Plan {
         };
         (!out.has_errors()).then_some(Self { scene, integrator, job })
     }
+
+    /// What files of the plan's image say of their making: key and value. `name`: what people call the scene;
+    /// `scene_digest`: see [`SceneDescription::digest`]; `command`: the one that renders the same image.
+    pub fn provenance(&self, name: &str, scene_digest: String, command: String) -> Vec<(String, String)> {
+        let entry = |key: &str, value: String| (key.to_owned(), value);
+        vec![
+            entry("Software", format!("penombre {}", env!("CARGO_PKG_VERSION"))),
+            entry("penombre:scene", name.to_owned()),
+            entry("penombre:scene-digest", scene_digest),
+            entry("penombre:command", command),
+            entry("penombre:integrator", self.integrator.name().to_owned()),
+            entry("penombre:spp", self.job.spp.to_string()),
+            entry("penombre:seed", self.job.seed.to_string()),
+        ]
+    }
+}
+
+/// The tone curve of 8-bit images unless told otherwise. The raw curve is the course's, and `classic` is the course's
+/// integrator; what others compute is light.
+pub fn default_tone(integrator: &str) -> ToneCurve {
+    if integrator == Classic::NAME { ToneCurve::Raw } else { ToneCurve::Srgb }
 }
 
 /// Image files hold no more pixels than this.

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::testing::{plan, set, small};
+use penombre_image::ToneCurve;
 use penombre_scene::Role;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -95,6 +96,27 @@ fn a_unit_is_given_up_whenever_it_is_asked_to() {
         assert_eq!(unit(&|k| k == at), None);
         assert_eq!(unit(&|k| k >= at), None);
     }
+}
+
+#[test]
+fn files_say_how_their_image_was_made() {
+    let mut d = small("square", 8, 3);
+    set(&mut d, Role::Render, "", "seed", 7);
+    let said = plan(&d).provenance("square", "abc".to_owned(), "penombre render square".to_owned());
+    let value = |key: &str| said.iter().find(|(k, _)| k == key).map(|(_, v)| v.as_str());
+    let expected = [
+        ("scene", "square"),
+        ("scene-digest", "abc"),
+        ("command", "penombre render square"),
+        ("integrator", "classic"),
+        ("spp", "3"),
+        ("seed", "7"),
+    ];
+    for (key, expected) in expected {
+        assert_eq!(value(&format!("penombre:{key}")), Some(expected));
+    }
+    assert!(value("Software").is_some_and(|v| v.starts_with("penombre 0.")));
+    assert_eq!(["classic", "path"].map(default_tone), [ToneCurve::Raw, ToneCurve::Srgb]);
 }
 
 /// Stops after some units.
