@@ -7,8 +7,9 @@ use crate::scene::{Prepared, prepare};
 use crate::statistics::{Measured, duration, json_line};
 use crate::{Exit, interrupt, report, terminal};
 use penombre::film::Film;
+use penombre::render::default_tone;
 use penombre::{Outcome, Render};
-use penombre_image::{Image, ToneCurve, WriteOptions};
+use penombre_image::{Image, WriteOptions};
 use std::time::Instant;
 
 /// Renders a scene and writes its images.
@@ -95,27 +96,14 @@ fn all_cores() -> usize {
 
 /// What the image files are told besides the pixels.
 fn write_options(args: &RenderArgs, prepared: &Prepared) -> WriteOptions {
-    let job = &prepared.plan.job;
-    let command: Vec<String> = std::env::args().skip(1).collect();
-    let entry = |key: &str, value: String| (key.to_owned(), value);
-    // The raw curve is the course's; other integrators will default to sRGB.
-    let default_tone = match prepared.plan.integrator.name() {
-        "classic" => ToneCurve::Raw,
-        _ => ToneCurve::Srgb,
-    };
+    let Prepared { loaded, plan, .. } = prepared;
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let command = format!("penombre {}", words.join(" "));
     WriteOptions {
-        tone: args.tone.unwrap_or(default_tone),
+        tone: args.tone.unwrap_or_else(|| default_tone(plan.integrator.name())),
         exposure: args.exposure,
         course_ppm: args.course_ppm,
-        metadata: vec![
-            entry("Software", format!("penombre {}", env!("CARGO_PKG_VERSION"))),
-            entry("penombre:scene", prepared.loaded.name.clone()),
-            entry("penombre:scene-digest", prepared.loaded.description.digest(&prepared.loaded.assets)),
-            entry("penombre:command", format!("penombre {}", command.join(" "))),
-            entry("penombre:integrator", prepared.plan.integrator.name().to_owned()),
-            entry("penombre:spp", job.spp.to_string()),
-            entry("penombre:seed", job.seed.to_string()),
-        ],
+        metadata: plan.provenance(&loaded.name, loaded.description.digest(&loaded.assets), command),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::span::Span;
 use std::collections::HashMap;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 /// What a node is for: the first word of its table's name in a scene file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -115,6 +115,16 @@ impl Node {
         }
     }
 
+    /// True if both say the same, to the last bit of every number: the same things are built from both. Places do not
+    /// count.
+    pub fn says_the_same(&self, other: &Self) -> bool {
+        self.role == other.role
+            && self.type_name == other.type_name
+            && self.name == other.name
+            && self.children == other.children
+            && same_params(&self.params, &other.params)
+    }
+
     /// `role.name`, or the role alone where there are no names: how messages and `--set` call it.
     pub fn path(&self) -> String {
         if self.name.is_empty() {
@@ -143,6 +153,25 @@ pub struct Value {
     pub kind: ValueKind,
     /// Its place.
     pub span: Span,
+}
+
+fn same_params(a: &[Param], b: &[Param]) -> bool {
+    let same = |(a, b): (&Param, &Param)| a.name == b.name && a.value.says_the_same(&b.value);
+    a.len() == b.len() && a.iter().zip(b).all(same)
+}
+
+impl Value {
+    /// As equality, but 0 and -0 differ, and a number that is none is the same as itself.
+    fn says_the_same(&self, other: &Self) -> bool {
+        match (&self.kind, &other.kind) {
+            (ValueKind::Float(a), ValueKind::Float(b)) => a.to_bits() == b.to_bits(),
+            (ValueKind::Array(a), ValueKind::Array(b)) => {
+                a.len() == b.len() && a.iter().zip(b).all(|(a, b)| a.says_the_same(b))
+            }
+            (ValueKind::Table(a), ValueKind::Table(b)) => same_params(a, b),
+            (a, b) => a == b,
+        }
+    }
 }
 
 /// The kinds of values that scene files have.
@@ -225,11 +254,14 @@ impl<const N: usize> From<[(&str, Value); N]> for Value {
 }
 
 /// A scene as data: a flat list of nodes that refer to each other by name.
+///
+/// A copy shares the nodes with the original until one of the two changes them: copies are cheap, however large the
+/// meshes in the nodes are.
 #[derive(Clone, Debug, Default)]
 pub struct SceneDescription {
-    nodes: Vec<Node>,
+    nodes: Vec<Arc<Node>>,
     /// Made when first asked for, and anew after a node was changed.
-    index: OnceLock<Index>,
+    index: OnceLock<Arc<Index>>,
 }
 
 /// What is looked up.
@@ -237,8 +269,8 @@ pub struct SceneDescription {
 struct Index {
     /// The first node of each role and name.
     names: HashMap<Role, HashMap<String, NodeId>>,
-    /// Number of nodes of each role.
-    counts: HashMap<Role, u32>,
+    /// The nodes of each role.
+    of_role: HashMap<Role, Vec<NodeId>>,
     /// Place of each node among the nodes of its role.
     ranks: Vec<u32>,
 }
@@ -251,17 +283,22 @@ impl PartialEq for SceneDescription {
 
 fn enter(index: &mut Index, id: NodeId, node: &Node) {
     index.names.entry(node.role).or_default().entry(node.name.clone()).or_insert(id);
-    let count = index.counts.entry(node.role).or_default();
-    index.ranks.push(*count);
-    *count += 1;
+    let of_role = index.of_role.entry(node.role).or_default();
+    index.ranks.push(of_role.len() as u32);
+    of_role.push(id);
 }
 
 impl SceneDescription {
     /// Adds a node.
     pub fn add(&mut self, node: Node) -> NodeId {
+        self.add_shared(Arc::new(node))
+    }
+
+    /// Adds a node of another description, sharing it.
+    pub fn add_shared(&mut self, node: Arc<Node>) -> NodeId {
         let id = NodeId(u32::try_from(self.nodes.len()).expect("fewer than 2^32 nodes"));
         if let Some(index) = self.index.get_mut() {
-            enter(index, id, &node);
+            enter(Arc::make_mut(index), id, &node);
         }
         self.nodes.push(node);
         id
@@ -272,10 +309,21 @@ impl SceneDescription {
         &self.nodes[id.0 as usize]
     }
 
+    /// The node as copies of this description share it.
+    pub fn shared(&self, id: NodeId) -> &Arc<Node> {
+        &self.nodes[id.0 as usize]
+    }
+
     /// The node, to change it.
     pub fn node_mut(&mut self, id: NodeId) -> &mut Node {
         self.index = OnceLock::new();
-        &mut self.nodes[id.0 as usize]
+        Arc::make_mut(&mut self.nodes[id.0 as usize])
+    }
+
+    /// The parameters of a node, to change them. Cheaper than [`SceneDescription::node_mut`] in large scenes: the node
+    /// stays what it is called.
+    pub fn params_mut(&mut self, id: NodeId) -> &mut Vec<Param> {
+        &mut Arc::make_mut(&mut self.nodes[id.0 as usize]).params
     }
 
     /// Number of nodes.
@@ -290,12 +338,13 @@ impl SceneDescription {
 
     /// All nodes in file order.
     pub fn iter(&self) -> impl Iterator<Item = (NodeId, &Node)> {
-        self.nodes.iter().enumerate().map(|(i, n)| (NodeId(i as u32), n))
+        self.nodes.iter().enumerate().map(|(i, n)| (NodeId(i as u32), &**n))
     }
 
     /// The nodes of a role in file order.
     pub fn of_role(&self, role: Role) -> impl Iterator<Item = (NodeId, &Node)> {
-        self.iter().filter(move |(_, n)| n.role == role)
+        let ids = self.index().of_role.get(&role).map_or(&[][..], |ids| ids);
+        ids.iter().map(|id| (*id, self.node(*id)))
     }
 
     /// The node of that role and name.
@@ -312,7 +361,7 @@ impl SceneDescription {
         self.index.get_or_init(|| {
             let mut index = Index::default();
             self.iter().for_each(|(id, node)| enter(&mut index, id, node));
-            index
+            Arc::new(index)
         })
     }
 }
@@ -332,5 +381,45 @@ mod tests {
         scene.node_mut(shape).name = "b".to_owned();
         assert_eq!((scene.find(Role::Shape, "a"), scene.find(Role::Shape, "b")), (Some(second), Some(shape)));
         assert_eq!(scene, scene.clone());
+    }
+
+    #[test]
+    fn copies_share_nodes_until_they_change() {
+        let mut first = SceneDescription::default();
+        let [a, b] = ["a", "b"].map(|name| first.add(Node::new(Role::Shape, "t", name).with("x", 1)));
+        assert_eq!(first.find(Role::Shape, "b"), Some(b));
+        let mut second = first.clone();
+        second.params_mut(b)[0].value = 2.into();
+        let third = second.add_shared(first.shared(a).clone());
+        assert!(Arc::ptr_eq(first.shared(a), second.shared(a)));
+        assert!(Arc::ptr_eq(first.shared(a), second.shared(third)));
+        let x = |d: &SceneDescription| d.node(b).param("x").map(|p| p.value.kind.clone());
+        assert_eq!([x(&first), x(&second)], [1, 2].map(|n| Some(ValueKind::Int(n))));
+        // Each has an index of its own.
+        assert_eq!([&first, &second].map(|d| d.of_role(Role::Shape).count()), [2, 3]);
+        second.node_mut(third).name = "c".to_owned();
+        assert_eq!((second.find(Role::Shape, "c"), second.rank(third)), (Some(third), 2));
+        assert_eq!((first.find(Role::Shape, "c"), first.find(Role::Shape, "a")), (None, Some(a)));
+    }
+
+    #[test]
+    fn nodes_that_say_the_same_do_so_bit_by_bit() {
+        let node = |value: Value| Node::new(Role::Shape, "t", "a").with("x", value);
+        let list = |x: f64| Value::from([("inner", vec![1.0, x].into())]);
+        for x in [0.0, -0.0, 1.5, f64::NAN] {
+            let mut moved = node(list(x));
+            moved.span = Span { file: crate::span::FileId(3), start: 4, len: 5 };
+            assert!(node(list(x)).says_the_same(&moved), "{x}");
+        }
+        let base = node(list(0.0));
+        let others = [list(-0.0), list(1.0), vec![1.0].into(), 1.into(), true.into(), "0".into()];
+        assert!(others.into_iter().all(|value| !base.says_the_same(&node(value))));
+        let mut nodes = vec![base.clone(); 5];
+        nodes[0].name = "b".to_owned();
+        nodes[1].type_name = "u".to_owned();
+        nodes[2].role = Role::Light;
+        nodes[3].params.clear();
+        nodes[4].children.push(NodeId(0));
+        assert!(nodes.iter().all(|node| !base.says_the_same(node) && !node.says_the_same(&base)));
     }
 }

@@ -268,9 +268,9 @@ impl Loader {
 
     /// Adds the nodes of a file; two nodes of one role and name are a fault.
     fn merge(&mut self, description: SceneDescription) {
-        for (_, node) in description.iter() {
+        for (id, node) in description.iter() {
             let Some(first) = self.loaded.description.find(node.role, &node.name) else {
-                self.loaded.description.add(node.clone());
+                self.loaded.description.add_shared(description.shared(id).clone());
                 continue;
             };
             let first = self.loaded.description.node(first).span;

@@ -207,19 +207,19 @@ impl Setter<'_> {
 
     fn assign(&mut self, target: Target, value: Value) {
         let part = &self.path[target.param];
-        let node = self.scene.node_mut(target.node);
+        let node = self.scene.node(target.node);
         if part.word == "type" && has_type(node.role) {
             self.assign_type(target, value);
             return;
         }
         if target.param + 1 == self.path.len() {
-            put(&mut node.params, part, value);
+            put(self.scene.params_mut(target.node), part, value);
             return;
         }
         let absent = Value { kind: ValueKind::Table(Vec::new()), span: value.span };
         let mut whole = node.param(&part.word).map_or(absent, |p| p.value.clone());
         match descend(&mut whole, &self.path[target.param + 1..], value) {
-            Ok(()) => put(&mut node.params, part, whole),
+            Ok(()) => put(self.scene.params_mut(target.node), part, whole),
             Err(lost) => {
                 let at = target.param + 1 + lost.part;
                 let path: Vec<&str> = self.path[..at].iter().map(|p| p.word.as_str()).collect();

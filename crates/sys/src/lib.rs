@@ -1,13 +1,13 @@
 //! The machine: what the renderer needs from the operating system and the standard library does not give.
 //!
 //! Files that appear whole or not at all ([`write_atomic`]), checks before long work ([`check_writable`],
-//! [`available_space`]), what the process used ([`peak_rss`], [`process_cpu_time`]), and the processor's wider vectors
-//! ([`vectorize`]). Every function has a portable fallback; `unsafe` stands in two small modules.
+//! [`available_space`]), what the process used ([`peak_rss`], [`process_cpu_time`]), threads that yield to others
+//! ([`lower_thread_priority`]), and the processor's wider vectors ([`vectorize`]). Every function has a portable fallback; `unsafe` stands in two small modules.
 
 mod file;
 mod machine;
 mod vectorize;
 
 pub use file::{TEMPORARY_SUFFIX, check_writable, write_atomic};
-pub use machine::{available_memory, available_space, peak_rss, process_cpu_time};
+pub use machine::{available_memory, available_space, lower_thread_priority, peak_rss, process_cpu_time};
 pub use vectorize::{Vectorizable, vectorize};

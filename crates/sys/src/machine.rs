@@ -37,6 +37,13 @@ pub fn process_cpu_time() -> Option<Duration> {
     imp::process_cpu_time()
 }
 
+/// Makes the calling thread yield to all threads of ordinary priority, for as long as it lives: it gets the processor's
+/// time that they leave. True if that worked; false, and nothing changed, where the system has no such thing for single
+/// threads (all but Linux).
+pub fn lower_thread_priority() -> bool {
+    imp::lower_thread_priority()
+}
+
 /// Whether a process of this number runs on this machine. `None` where the system does not tell.
 pub(crate) fn process_is_alive(pid: u32) -> Option<bool> {
     imp::process_is_alive(pid)
@@ -102,6 +109,20 @@ mod imp {
         Some(duration(usage.ru_utime) + duration(usage.ru_stime))
     }
 
+    /// Linux counts niceness by thread, other Unix systems by process.
+    #[cfg(any(target_os = "linux", target_os = "android"))]
+    pub fn lower_thread_priority() -> bool {
+        const LOWEST: libc::c_int = 19;
+        // SAFETY: setpriority takes numbers only; 0 names the caller, which to Linux is the calling thread.
+        let status = unsafe { libc::setpriority(libc::PRIO_PROCESS as _, 0, LOWEST) };
+        status == 0
+    }
+
+    #[cfg(not(any(target_os = "linux", target_os = "android")))]
+    pub fn lower_thread_priority() -> bool {
+        false
+    }
+
     pub fn process_is_alive(pid: u32) -> Option<bool> {
         let pid = libc::pid_t::try_from(pid).ok().filter(|p| *p > 0)?;
         // SAFETY: kill with signal 0 sends nothing, it only checks that the process exists.
@@ -136,6 +157,10 @@ mod imp {
 
     pub fn process_cpu_time() -> Option<Duration> {
         None
+    }
+
+    pub fn lower_thread_priority() -> bool {
+        false
     }
 
     pub fn process_is_alive(_pid: u32) -> Option<bool> {
@@ -198,6 +223,22 @@ mod tests {
         spin.join().unwrap();
         let used = process_cpu_time().unwrap() - before;
         assert!(used > Duration::from_millis(20), "{used:?} for 300 ms of spinning");
+    }
+
+    /// Niceness of the calling thread: field 19 of its line in /proc, where field 2 is a name in parentheses.
+    #[cfg(target_os = "linux")]
+    fn niceness() -> Option<i32> {
+        let line = std::fs::read_to_string("/proc/thread-self/stat").ok()?;
+        line.rsplit_once(") ")?.1.split(' ').nth(16)?.parse().ok()
+    }
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn the_priority_of_one_thread_alone_is_lowered() {
+        let before = niceness();
+        let lowered = std::thread::spawn(|| (lower_thread_priority(), niceness(), lower_thread_priority()));
+        assert_eq!(lowered.join().unwrap(), (true, Some(19), true));
+        assert!(before.is_some() && niceness() == before);
     }
 
     #[test]

@@ -3,7 +3,7 @@
 //! A [`ProgressiveRender`] owns its threads. It begins with pictures of an eighth and a quarter of the size, one
 //! ray per pixel, enlarged; then it takes one sample of every pixel after the other. What it has is published as
 //! a [`Snapshot`] at most every so often. The image after exactly the job's samples per pixel has the same bits as
-//! that of [`penombre::Render::run`]: every sample comes from [`Render::unit`] and is folded by the same
+//! that of [`penombre::Render::run`]: every sample comes from [`Render::unit_unless`] and is folded by the same
 //! [`Film`]. Afterwards it goes on, if asked to, to twice as many samples, and twice as many again.
 
 use penombre::film::Film;
@@ -31,17 +31,21 @@ pub struct Options {
     pub interval: Duration,
     /// True: go on beyond the job's samples per pixel, to twice as many each time.
     pub beyond: bool,
+    /// True: behind the coarse pictures its threads yield to all others, for while all cores render, the window must
+    /// answer, and the next render, which the person waits for, must get ahead of one that was cancelled.
+    pub yielding: bool,
     /// Called after each snapshot and at the end, from the render's threads: wakes the window.
     pub wake: Arc<dyn Fn() + Send + Sync>,
 }
 
 impl Default for Options {
-    /// All cores, twenty pictures a second, nothing beyond, nobody woken.
+    /// All cores, but yielding; twenty pictures a second, nothing beyond, nobody woken.
     fn default() -> Self {
         Self {
             threads: std::thread::available_parallelism().map_or(1, usize::from),
             interval: Duration::from_millis(50),
             beyond: false,
+            yielding: true,
             wake: Arc::new(|| ()),
         }
     }
@@ -49,8 +53,9 @@ impl Default for Options {
 
 impl std::fmt::Debug for Options {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let Self { threads, interval, beyond, .. } = self;
-        write!(f, "Options {{ threads: {threads}, interval: {interval:?}, beyond: {beyond} }}")
+        let Self { threads, interval, beyond, yielding, .. } = self;
+        write!(f, "Options {{ threads: {threads}, interval: {interval:?}, beyond: {beyond}, ")?;
+        write!(f, "yielding: {yielding} }}")
     }
 }
 
@@ -137,7 +142,7 @@ impl ProgressiveRender {
         Self { shared, thread }
     }
 
-    /// Asks it to stop; it does within one batch of samples.
+    /// Asks it to stop; it does within some thousand rays.
     pub fn cancel(&self) {
         self.shared.cancelled.store(true, Ordering::Relaxed);
     }
@@ -287,6 +292,7 @@ impl<'a> Worker<'a> {
             self.publish(image.clone(), Stage::Coarse, self.figures(&sums, self.job.spp));
             coarse = Some(image);
         }
+        self.yield_to_others();
         let sums = Mutex::new(sums);
         let (mut done, mut target) = (0, self.job.spp);
         loop {
@@ -314,21 +320,37 @@ impl<'a> Worker<'a> {
         }
     }
 
-    /// Computes units on all threads, handing each result to `merge`, until they are done or it is cancelled.
+    /// From now on the calling thread waits for others, if the options say so and the system can.
+    fn yield_to_others(&self) {
+        if self.options.yielding {
+            penombre_sys::lower_thread_priority();
+        }
+    }
+
+    /// Computes units on all threads, handing each result to `merge`, until they are done or it is cancelled: then
+    /// units that are not whole are dropped.
     fn sweep(&self, job: &Job, units: std::ops::Range<usize>, merge: &(dyn Fn(UnitResult) + Sync)) {
         let next = AtomicUsize::new(units.start);
+        let stop = || self.shared.is_cancelled();
         let work = || {
-            while !self.shared.is_cancelled() {
+            while !stop() {
                 let index = next.fetch_add(1, Ordering::Relaxed);
                 if index >= units.end {
                     return;
                 }
-                merge(Render::unit(&self.scene, &*self.integrator, job, job.unit(index)));
+                let unit = job.unit(index);
+                match Render::unit_unless(&self.scene, &*self.integrator, job, unit, &stop) {
+                    Some(result) => merge(result),
+                    None => return,
+                }
             }
         };
         std::thread::scope(|scope| {
             for _ in 1..self.options.threads.clamp(1, units.len().max(1)) {
-                scope.spawn(work);
+                scope.spawn(|| {
+                    self.yield_to_others();
+                    work();
+                });
             }
             work();
         });

@@ -12,13 +12,14 @@ use crate::preview::{Limits, PreviewMesh};
 use edits::Edit;
 use penombre::camera::AnyCamera;
 use penombre::integrator::Classic;
+use penombre::render::default_tone;
 use penombre::{Plan, Scene};
 use penombre_image::ToneCurve;
 use penombre_math::{Bounds3, Vec3};
 use penombre_scene::load::{LoadOptions, Loaded, load};
 use penombre_scene::{Diagnostics, Node, Params, Role, SceneDescription, auto};
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 pub use loading::Loading;
 
@@ -103,7 +104,7 @@ pub struct SceneValues {
     pub shadow_samples: Option<u32>,
 }
 
-/// A loaded scene. It does not change: edits make plans from it.
+/// A loaded scene. It does not change: edits make plans from it, which share its shapes.
 #[derive(Clone, Debug)]
 pub struct Session {
     source: Source,
@@ -115,6 +116,18 @@ pub struct Session {
     camera_name: Option<String>,
     start: CourseCamera,
     warnings: String,
+    resized: Arc<Mutex<Option<Resized>>>,
+}
+
+/// A bare mesh at a size other than that at which it was loaded, kept from one plan to the next.
+#[derive(Debug)]
+struct Resized {
+    /// Width and height of the image, pixels.
+    size: [u32; 2],
+    /// Before the edits.
+    description: SceneDescription,
+    /// The latest that was built, perhaps for another size.
+    scene: Arc<Scene>,
 }
 
 impl Session {
@@ -150,6 +163,7 @@ impl Session {
             scene,
             camera_name,
             warnings: text,
+            resized: Arc::default(),
         })
     }
 
@@ -201,17 +215,18 @@ impl Session {
     /// The tone curve that shows images: the panel's, or the one that the command would take.
     pub fn tone(&self, settings: &Settings) -> ToneCurve {
         let integrator = settings.integrator.as_deref().unwrap_or(&self.values.integrator);
-        let usual = if integrator == Classic::NAME { ToneCurve::Raw } else { ToneCurve::Srgb };
-        settings.tone.unwrap_or(usual)
+        settings.tone.unwrap_or_else(|| default_tone(integrator))
     }
 
-    /// The scene with all edits, ready to be rendered: what the command of [`Session::command_line`] renders.
+    /// The scene with all edits, ready to be rendered: what the command of [`Session::command_line`] renders. No edit
+    /// touches a shape, so it takes a moment only; but the ground of a bare mesh changes with the size, and the first
+    /// plan of each size takes as long as building the scene.
     ///
     /// # Errors
     ///
     /// All faults, as text for a person.
     pub fn plan(&self, setup: &Setup) -> Result<Plan, String> {
-        let mut description = self.base(setup.size);
+        let (mut description, previous) = self.base(setup.size);
         let mut sources = self.loaded.sources.clone();
         let mut faults = Diagnostics::default();
         if self.camera_name.is_none() && self.camera_is_set(setup) {
@@ -220,9 +235,14 @@ impl Session {
         for edit in self.edits(setup) {
             edit.apply(&mut description, &mut sources, &mut faults);
         }
-        let plan = Plan::new(&description, &self.loaded.assets, &mut faults);
-        plan.filter(|_| !faults.has_errors())
-            .ok_or_else(|| penombre_scene::report::render_all_plain(&faults, &sources))
+        let plan = Plan::update(&previous, &description, &self.loaded.assets, &mut faults);
+        let plan = plan
+            .filter(|_| !faults.has_errors())
+            .ok_or_else(|| penombre_scene::report::render_all_plain(&faults, &sources))?;
+        if let Some(resized) = self.resized().as_mut().filter(|resized| resized.size == setup.size) {
+            resized.scene = plan.scene.clone();
+        }
+        Ok(plan)
     }
 
     /// The command that renders the same image, bit for bit; quoted for a POSIX shell. Where it writes is left to
@@ -259,17 +279,36 @@ impl Session {
         Ok(words.iter().map(|w| shell::quote(w)).collect::<Vec<_>>().join(" "))
     }
 
-    /// The description before the edits. The surroundings of a bare mesh depend on the size of the picture: they are
-    /// made anew, as loading would make them.
-    fn base(&self, size: [u32; 2]) -> SceneDescription {
+    /// The description before the edits, and the scene whose shapes most likely are its own.
+    fn base(&self, size: [u32; 2]) -> (SceneDescription, Arc<Scene>) {
         if !self.loaded.bare_mesh || size == self.values.size {
-            return self.loaded.description.clone();
+            return (self.loaded.description.clone(), self.scene.clone());
         }
+        let mut resized = self.resized();
+        match &*resized {
+            Some(known) if known.size == size => (known.description.clone(), known.scene.clone()),
+            _ => {
+                let (description, scene) = (self.refitted(size), self.scene.clone());
+                *resized = Some(Resized { size, description: description.clone(), scene: scene.clone() });
+                (description, scene)
+            }
+        }
+    }
+
+    /// What is in it is whole at every moment, so a panic elsewhere spoils nothing.
+    fn resized(&self) -> MutexGuard<'_, Option<Resized>> {
+        self.resized.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The description of a bare mesh at another size: its surroundings depend on the size of the picture, and are
+    /// made anew, as loading would make them.
+    fn refitted(&self, size: [u32; 2]) -> SceneDescription {
+        let loaded = &self.loaded.description;
         let own = |node: &Node| node.role != Role::Camera;
         let mut description = SceneDescription::default();
         // The camera is the first node that was added, and all after it were added too.
-        for (_, node) in self.loaded.description.iter().take_while(|(_, node)| own(node)) {
-            description.add(node.clone());
+        for (id, _) in loaded.iter().take_while(|(_, node)| own(node)) {
+            description.add_shared(loaded.shared(id).clone());
         }
         Edit::Size(size).apply(&mut description, &mut Default::default(), &mut Diagnostics::default());
         auto::complete(&mut description, &self.loaded.assets);

@@ -80,7 +80,7 @@ pub trait AnyIntegrator: Send + Sync + std::fmt::Debug {
 /// Traces batches of camera samples.
 pub trait Worker {
     /// Writes the radiance along each sample's ray into `radiance` (same length) and returns the number of rays
-    /// that were traced. `stop` is asked between rounds; once it says true the rest is left out and the result
+    /// that were traced. `stop` is asked every few thousand rays; once it says true the rest is left out and the result
     /// is worth nothing.
     fn trace(&mut self, samples: &[CameraSample], radiance: &mut [Spectrum], stop: &dyn Fn() -> bool) -> u64;
 

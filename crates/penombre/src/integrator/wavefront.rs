@@ -9,7 +9,7 @@ use penombre_bvh::{Hit, Ray};
 use penombre_math::Spectrum;
 use std::fmt::Debug;
 
-/// Shadow rays gathered before they are traced: 64 KiB of rays stay in the second-level cache.
+/// Shadow rays gathered before they are traced, and traced together: 64 KiB of rays stay in the second-level cache.
 const SHADOW_BATCH: usize = 2048;
 
 /// More paths in flight than this are split by samples, to bound memory where paths branch.
@@ -157,21 +157,28 @@ impl<I: Integrator> Wavefront<'_, I> {
             let sampler = &samples[a.sample as usize].sampler;
             self.integrator.step(self.scene, &a.path, at.as_ref(), sampler, &mut step);
             if self.shadow_rays.len() >= SHADOW_BATCH {
-                self.gather(sink);
+                self.gather(sink, stop);
                 if stop() {
                     return;
                 }
             }
         }
-        self.gather(sink);
+        self.gather(sink, stop);
     }
 
-    /// Traces the shadow rays and adds the light that arrives, in the order in which it was asked for.
-    fn gather(&mut self, sink: &mut Sink<'_>) {
+    /// Traces the shadow rays and adds the light that arrives, in the order in which it was asked for. A single step
+    /// may have asked for very many: stopped, the rest of them count as blocked.
+    fn gather(&mut self, sink: &mut Sink<'_>, stop: &dyn Fn() -> bool) {
         self.blocked.clear();
         self.blocked.resize(self.shadow_rays.len(), true);
-        self.scene.occluded_batch(&self.shadow_rays, &mut self.blocked);
-        self.traced += self.shadow_rays.len() as u64;
+        let rays = self.shadow_rays.chunks(SHADOW_BATCH);
+        for (rays, blocked) in rays.zip(self.blocked.chunks_mut(SHADOW_BATCH)) {
+            self.scene.occluded_batch(rays, blocked);
+            self.traced += rays.len() as u64;
+            if stop() {
+                break;
+            }
+        }
         let mut answers = self.blocked.iter();
         for p in self.pending.drain(..) {
             let open = answers.by_ref().take(p.shadow_rays as usize).filter(|b| !**b).count() as u32;

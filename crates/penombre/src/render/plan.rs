@@ -4,6 +4,7 @@ use super::{Job, RenderSettings};
 use crate::integrator::{AnyIntegrator, Classic, TYPES};
 use crate::registry::Context;
 use crate::scene::Scene;
+use penombre_image::ToneCurve;
 use penombre_scene::assets::Assets;
 use penombre_scene::{Diagnostics, NodeId, ParamSpec, Role, SceneDescription};
 use std::sync::Arc;
@@ -28,12 +29,32 @@ pub struct Plan {
 impl Plan {
     /// Builds all that a description asks for. *All* faults go to `out`; `None` if any of them is an error.
     pub fn new(description: &SceneDescription, assets: &Assets, out: &mut Diagnostics) -> Option<Self> {
+        Self::with(description, assets, out, |aspect, out| Scene::build(description, assets, aspect, out))
+    }
+
+    /// The same, faster where the shapes of `previous` are the description's: see [`Scene::update`].
+    pub fn update(
+        previous: &Scene,
+        description: &SceneDescription,
+        assets: &Assets,
+        out: &mut Diagnostics,
+    ) -> Option<Self> {
+        let scene = |aspect, out: &mut Diagnostics| Scene::update(previous, description, assets, aspect, out);
+        Self::with(description, assets, out, scene)
+    }
+
+    /// Builds all but the scene, which comes from `scene`, given width over height of the image.
+    fn with(
+        description: &SceneDescription,
+        assets: &Assets,
+        out: &mut Diagnostics,
+        scene: impl FnOnce(f32, &mut Diagnostics) -> Option<Arc<Scene>>,
+    ) -> Option<Self> {
         let mut context = Context { description, assets, out, node: NodeId(0) };
         let settings = RenderSettings::build(&mut context);
         check_size(&settings, context.out);
         let integrator = integrator(&settings, &mut context);
-        let aspect = settings.size[0] as f32 / settings.size[1] as f32;
-        let scene = Scene::build(description, assets, aspect, out);
+        let scene = scene(settings.size[0] as f32 / settings.size[1] as f32, out);
         let (scene, integrator) = (scene?, integrator?);
         let job = Job {
             size: settings.size,
@@ -47,6 +68,27 @@ impl Plan {
         };
         (!out.has_errors()).then_some(Self { scene, integrator, job })
     }
+
+    /// What files of the plan's image say of their making: key and value. `name`: what people call the scene;
+    /// `scene_digest`: see [`SceneDescription::digest`]; `command`: the one that renders the same image.
+    pub fn provenance(&self, name: &str, scene_digest: String, command: String) -> Vec<(String, String)> {
+        let entry = |key: &str, value: String| (key.to_owned(), value);
+        vec![
+            entry("Software", format!("penombre {}", env!("CARGO_PKG_VERSION"))),
+            entry("penombre:scene", name.to_owned()),
+            entry("penombre:scene-digest", scene_digest),
+            entry("penombre:command", command),
+            entry("penombre:integrator", self.integrator.name().to_owned()),
+            entry("penombre:spp", self.job.spp.to_string()),
+            entry("penombre:seed", self.job.seed.to_string()),
+        ]
+    }
+}
+
+/// The tone curve of 8-bit images unless told otherwise. The raw curve is the course's, and `classic` is the course's
+/// integrator; what others compute is light.
+pub fn default_tone(integrator: &str) -> ToneCurve {
+    if integrator == Classic::NAME { ToneCurve::Raw } else { ToneCurve::Srgb }
 }
 
 /// Image files hold no more pixels than this.

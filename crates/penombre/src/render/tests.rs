@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::testing::{plan, set, small};
+use penombre_image::ToneCurve;
 use penombre_scene::Role;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -71,6 +72,51 @@ fn units_cover_every_sample_of_every_pixel_once() {
         assert_eq!(seen.len(), 37 * 37);
         assert!(seen.values().all(|n| *n == 35));
     }
+}
+
+#[test]
+fn a_unit_is_given_up_whenever_it_is_asked_to() {
+    let mut d = small("cornell", 3, 2);
+    let light = d.of_role(Role::Light).next().unwrap().1.name.clone();
+    set(&mut d, Role::Light, &light, "shadow_samples", 20_000);
+    let p = plan(&d);
+    let asked = AtomicUsize::new(0);
+    let unit = |stop: &dyn Fn(usize) -> bool| {
+        asked.store(0, Ordering::Relaxed);
+        let stop = || stop(asked.fetch_add(1, Ordering::Relaxed));
+        Render::unit_unless(&p.scene, &*p.integrator, &p.job, p.job.unit(0), &stop)
+    };
+    let whole = unit(&|_| false).unwrap();
+    assert_eq!(whole, Render::unit(&p.scene, &*p.integrator, &p.job, p.job.unit(0)));
+    // Often: no ray of a heavy step waits long for the question.
+    let asked = asked.load(Ordering::Relaxed);
+    assert!(whole.rays / asked as u64 <= 2048, "asked {asked} times in {} rays", whole.rays);
+    // Whether it says true from then on or only once.
+    for at in (0..asked).step_by(11).chain([asked - 1]) {
+        assert_eq!(unit(&|k| k == at), None);
+        assert_eq!(unit(&|k| k >= at), None);
+    }
+}
+
+#[test]
+fn files_say_how_their_image_was_made() {
+    let mut d = small("square", 8, 3);
+    set(&mut d, Role::Render, "", "seed", 7);
+    let said = plan(&d).provenance("square", "abc".to_owned(), "penombre render square".to_owned());
+    let value = |key: &str| said.iter().find(|(k, _)| k == key).map(|(_, v)| v.as_str());
+    let expected = [
+        ("scene", "square"),
+        ("scene-digest", "abc"),
+        ("command", "penombre render square"),
+        ("integrator", "classic"),
+        ("spp", "3"),
+        ("seed", "7"),
+    ];
+    for (key, expected) in expected {
+        assert_eq!(value(&format!("penombre:{key}")), Some(expected));
+    }
+    assert!(value("Software").is_some_and(|v| v.starts_with("penombre 0.")));
+    assert_eq!(["classic", "path"].map(default_tone), [ToneCurve::Raw, ToneCurve::Srgb]);
 }
 
 /// Stops after some units.

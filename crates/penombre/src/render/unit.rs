@@ -6,6 +6,7 @@ use crate::integrator::{AnyIntegrator, CameraSample, PathRecord, Worker};
 use crate::sampler::{Dimension, Sampler};
 use crate::scene::Scene;
 use penombre_math::{Spectrum, Vec2};
+use std::cell::Cell;
 
 /// Camera samples that are traced together.
 const BATCH: usize = 256;
@@ -44,14 +45,21 @@ impl Render {
         Self::unit_unless(scene, integrator, job, unit, &|| false).expect("nobody stops it")
     }
 
-    /// The same, given up (`None`) when `stop` says true, which is asked often.
-    pub(super) fn unit_unless(
+    /// The same, given up (`None`) once `stop` says true. It is asked every few thousand rays, within units however
+    /// slow.
+    pub fn unit_unless(
         scene: &Scene,
         integrator: &dyn AnyIntegrator,
         job: &Job,
         unit: WorkUnit,
         stop: &dyn Fn() -> bool,
     ) -> Option<UnitResult> {
+        // What was given up in the middle stays so, even if `stop` should change its mind.
+        let stopped = Cell::new(false);
+        let stop = &|| {
+            stopped.set(stopped.get() || stop());
+            stopped.get()
+        };
         let mut worker = integrator.worker(scene);
         let pixels: Vec<[u32; 2]> = unit.tile.iter().collect();
         let mut result = UnitResult {

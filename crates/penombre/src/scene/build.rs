@@ -1,17 +1,16 @@
 //! From description to scene.
 
-use super::{BuiltShape, Named, Placed, Scene};
+use super::shapes::{Appearance, Shapes};
+use super::{Named, Scene};
 use crate::camera::AnyCamera;
 use crate::light::AnyLight;
 use crate::material::AnyMaterial;
 use crate::registry::Context;
 use crate::shape::AnyShape;
 use crate::texture::AnyTexture;
-use penombre_bvh::{Bvh, Geometry, Instance};
-use penombre_math::{Bounds3, DAffine3, Transform};
+use penombre_math::Bounds3;
 use penombre_scene::assets::Assets;
-use penombre_scene::{Diagnostics, Kind, Node, NodeId, ParamSpec, Role, SceneDescription, Span};
-use std::collections::HashMap;
+use penombre_scene::{Diagnostics, Kind, Node, NodeId, ParamSpec, Role, SceneDescription, Span, ValueKind};
 use std::sync::Arc;
 
 /// Parameters of `[instance.NAME]`.
@@ -35,44 +34,30 @@ impl Scene {
         aspect: f32,
         out: &mut Diagnostics,
     ) -> Option<Arc<Self>> {
-        let mut builder = Builder { description, assets, out };
-        let textures = builder.all(Role::Texture, AnyTexture::build);
-        let mut materials = builder.all(Role::Material, AnyMaterial::build);
-        let shapes = builder.all(Role::Shape, AnyShape::build);
-        let lights = builder.all(Role::Light, AnyLight::build);
-        let cameras = builder.all(Role::Camera, AnyCamera::build);
-        let instances = builder.instances();
-        if builder.out.has_errors() {
-            return None;
-        }
-        let default = materials.len() as u32;
-        materials.push(Named { name: String::new(), value: AnyMaterial::default() });
-        let shapes = builder.with_materials(shapes, default);
-        let (placed, bvh) = builder.place(&shapes, &instances)?;
-        let bounds = bvh.bounds();
-        let mut scene = Self {
-            bvh,
-            shapes,
-            placed,
-            materials,
-            textures: textures.into_iter().map(|t| t.value).collect(),
-            lights,
-            cameras,
-            bounds,
-        };
-        builder.complete(&mut scene, aspect);
-        (!builder.out.has_errors()).then(|| Arc::new(scene))
+        Builder { description, assets, out }.scene(None, aspect)
     }
-}
 
-/// A shape's node and what was built from it.
-type BuiltNode<T> = Named<T>;
+    /// The same, faster where the shapes and instances of the description are those from which `previous` was built:
+    /// its shapes and their acceleration structure are taken over, and all else is built. The scene is, to the last
+    /// bit, that of [`Scene::build`], and so are the errors. Nodes that the description shares with that of
+    /// `previous`, as copies do, are compared in no time.
+    ///
+    /// What building a shape remarked without being an error was told when it was built, and is not told again.
+    pub fn update(
+        previous: &Self,
+        description: &SceneDescription,
+        assets: &Assets,
+        aspect: f32,
+        out: &mut Diagnostics,
+    ) -> Option<Arc<Self>> {
+        Builder { description, assets, out }.scene(Some(&previous.shapes), aspect)
+    }
 
-/// Further appearances: the shape's index and the map from its own place.
-struct Appearance {
-    shape: u32,
-    map: DAffine3,
-    span: Span,
+    /// True if both scenes hold the same shapes in memory, so that what was derived from the shapes of one holds for
+    /// the other.
+    pub fn shares_shapes(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.shapes, &other.shapes)
+    }
 }
 
 struct Builder<'a, 'd> {
@@ -82,12 +67,46 @@ struct Builder<'a, 'd> {
 }
 
 impl Builder<'_, '_> {
+    /// Builds everything, but for `known` shapes that are the description's.
+    fn scene(&mut self, known: Option<&Arc<Shapes>>, aspect: f32) -> Option<Arc<Scene>> {
+        let slots = self.slots();
+        // A shape whose material is not there is built, so that it says so.
+        let known = known.filter(|s| slots.is_some() && s.are_of(self.description, self.assets));
+        let textures = self.all(Role::Texture, AnyTexture::build);
+        let mut materials = self.all(Role::Material, AnyMaterial::build);
+        let shapes = if known.is_none() { self.all(Role::Shape, AnyShape::build) } else { Vec::new() };
+        let lights = self.all(Role::Light, AnyLight::build);
+        let cameras = self.all(Role::Camera, AnyCamera::build);
+        let instances = if known.is_none() { self.instances() } else { Vec::new() };
+        if self.out.has_errors() {
+            return None;
+        }
+        materials.push(Named { name: String::new(), value: AnyMaterial::default() });
+        let shapes = match known {
+            Some(shapes) => shapes.clone(),
+            None => {
+                let source = (self.description, self.assets);
+                Arc::new(Shapes::place(shapes, &instances, source, self.out)?)
+            }
+        };
+        let mut scene = Scene {
+            shapes,
+            slots: slots?,
+            materials,
+            textures: textures.into_iter().map(|t| t.value).collect(),
+            lights,
+            cameras,
+        };
+        self.complete(&mut scene, aspect);
+        (!self.out.has_errors()).then(|| Arc::new(scene))
+    }
+
     /// Builds every node of a role. After a fault the list is short, and `out` has an error.
     fn all<T>(
         &mut self,
         role: Role,
         build: impl Fn(&Node, &mut Context<'_, '_>) -> Option<T>,
-    ) -> Vec<BuiltNode<T>> {
+    ) -> Vec<Named<T>> {
         let mut built = Vec::new();
         for (id, node) in self.description.of_role(role) {
             let mut context = self.context(id);
@@ -122,79 +141,27 @@ impl Builder<'_, '_> {
         found
     }
 
-    /// Joins shapes with the materials of their slots.
-    fn with_materials(&mut self, shapes: Vec<BuiltNode<AnyShape>>, default: u32) -> Vec<BuiltShape> {
-        let ids: Vec<NodeId> = self.description.of_role(Role::Shape).map(|(id, _)| id).collect();
-        let mut result = Vec::with_capacity(shapes.len());
-        for (id, built) in ids.into_iter().zip(shapes) {
-            let context = self.context(id);
-            let node = context.description.node(id);
-            let named = node.param("material").and_then(|p| match &p.value.kind {
-                penombre_scene::ValueKind::String(name) => context.description.find(Role::Material, name),
-                _ => None,
-            });
-            let slots: Vec<NodeId> = match named {
-                Some(material) => vec![material],
-                None => context.assets.slot_materials(id).to_vec(),
-            };
-            let mut materials: Vec<u32> = slots.into_iter().map(|m| context.position(m)).collect();
-            if materials.is_empty() {
-                materials.push(default);
+    /// The materials of the slots of each shape; for a shape without any the default material, which follows all
+    /// others. `None` if a shape names a material that is not there.
+    fn slots(&self) -> Option<Vec<Vec<u32>>> {
+        let description = self.description;
+        let default = description.of_role(Role::Material).count() as u32;
+        let of_shape = |(id, node): (NodeId, &Node)| {
+            if let Some(name) = material_of(node) {
+                return Some(vec![description.rank(description.find(Role::Material, name)?)]);
             }
-            result.push(BuiltShape { name: built.name, shape: built.value, materials });
-        }
-        result
-    }
-
-    /// Puts all appearances of all shapes into one acceleration structure.
-    fn place(&mut self, shapes: &[BuiltShape], instances: &[Appearance]) -> Option<(Vec<Placed>, Bvh)> {
-        let mut nested: HashMap<u32, Arc<Bvh>> = HashMap::new();
-        let shared = instances.iter().map(|i| i.shape);
-        let odd = shapes.iter().enumerate().filter(|(_, s)| s.shape.remainder().is_some());
-        for index in shared.chain(odd.map(|(i, _)| i as u32)) {
-            if let std::collections::hash_map::Entry::Vacant(slot) = nested.entry(index) {
-                let bvh = build_bvh(vec![shapes[index as usize].shape.geometry()], self.out)?;
-                slot.insert(Arc::new(bvh));
-            }
-        }
-        let mut placed = Vec::new();
-        let mut geometries = Vec::new();
-        let own = (0..shapes.len() as u32).map(|shape| Appearance {
-            shape,
-            map: DAffine3::IDENTITY,
-            span: Span::NONE,
-        });
-        for appearance in own.chain(instances.iter().map(|i| Appearance { ..*i })) {
-            let shape = &shapes[appearance.shape as usize];
-            let Some(bvh) = nested.get(&appearance.shape) else {
-                geometries.push(shape.shape.geometry());
-                placed.push(Placed { shape: appearance.shape, to_world: None });
-                continue;
-            };
-            let map = appearance.map * shape.shape.remainder().unwrap_or(DAffine3::IDENTITY);
-            let Some(to_world) = Transform::new(map) else {
-                let message = format!(
-                    "the transform of an instance of `shape.{}` overflows or is singular",
-                    shape.name
-                );
-                self.out.error("scene::transform", appearance.span, message).help =
-                    "scales must not be zero, and coordinates must stay below 3.4e38".to_owned();
-                continue;
-            };
-            geometries.push(Geometry::Instance(Instance { bvh: bvh.clone(), to_world }));
-            placed.push(Placed { shape: appearance.shape, to_world: Some(to_world) });
-        }
-        if self.out.has_errors() {
-            return None;
-        }
-        Some((placed, build_bvh(geometries, self.out)?))
+            let slots = self.assets.slot_materials(id).iter();
+            let slots: Vec<u32> = slots.map(|material| description.rank(*material)).collect();
+            Some(if slots.is_empty() { vec![default] } else { slots })
+        };
+        description.of_role(Role::Shape).map(of_shape).collect()
     }
 
     /// Gives a scene without a camera one, and says what is missing.
     fn complete(&mut self, scene: &mut Scene, aspect: f32) {
         if scene.cameras.is_empty() {
             let mut description = SceneDescription::default();
-            let bounds = if scene.bounds.is_empty() { unit_box() } else { scene.bounds };
+            let bounds = if scene.bounds().is_empty() { unit_box() } else { scene.bounds() };
             let id = description.add(penombre_scene::auto::camera_for(&bounds, aspect));
             let mut context =
                 Context { description: &description, assets: self.assets, out: self.out, node: id };
@@ -205,7 +172,7 @@ impl Builder<'_, '_> {
             self.out.advice("scene::no-camera", Span::NONE, message).help =
                 "add [camera.main] with type = \"perspective\", position and target".to_owned();
         }
-        if scene.shapes.is_empty() {
+        if scene.shapes.list.is_empty() {
             let message = "the scene has no shape: the image is background";
             self.out.warning("scene::no-shape", Span::NONE, message).help =
                 "add [shape.NAME] with type = \"sphere\", \"quad\", \"disk\" or \"mesh\"".to_owned();
@@ -221,13 +188,10 @@ fn unit_box() -> Bounds3 {
     Bounds3 { min: penombre_math::Vec3::NEG_ONE, max: penombre_math::Vec3::ONE }
 }
 
-fn build_bvh(geometries: Vec<Geometry>, out: &mut Diagnostics) -> Option<Bvh> {
-    match Bvh::build(geometries, &Default::default()) {
-        Ok(bvh) => Some(bvh),
-        Err(error) => {
-            out.error("scene::geometry", Span::NONE, format!("the shapes cannot be traced: {error}")).help =
-                "split the scene into smaller parts".to_owned();
-            None
-        }
+/// Name of the material that a shape's node names.
+fn material_of(node: &Node) -> Option<&str> {
+    match &node.param("material")?.value.kind {
+        ValueKind::String(name) => Some(name),
+        _ => None,
     }
 }

@@ -2,16 +2,18 @@
 
 mod build;
 mod preview;
+mod shapes;
 mod summary;
 mod surface;
 
 use crate::camera::AnyCamera;
 use crate::light::AnyLight;
 use crate::material::{AnyMaterial, PhongView, Shade};
-use crate::shape::AnyShape;
 use crate::texture::{AnyTexture, TexturePoint};
-use penombre_bvh::{Bvh, Hit, Ray};
-use penombre_math::{Bounds3, Transform};
+use penombre_bvh::{Hit, Ray};
+use penombre_math::Bounds3;
+use shapes::Shapes;
+use std::sync::Arc;
 
 pub use preview::Placement;
 pub use summary::{Count, Summary};
@@ -20,14 +22,13 @@ pub use surface::{Departure, SurfacePoint};
 /// A scene ready to be rendered: shapes in their acceleration structure, materials, textures, lights, cameras.
 #[derive(Debug)]
 pub struct Scene {
-    bvh: Bvh,
-    shapes: Vec<BuiltShape>,
-    placed: Vec<Placed>,
+    shapes: Arc<Shapes>,
+    /// Material index per slot of each shape; never empty.
+    slots: Vec<Vec<u32>>,
     materials: Vec<Named<AnyMaterial>>,
     textures: Vec<AnyTexture>,
     lights: Vec<Named<AnyLight>>,
     cameras: Vec<Named<AnyCamera>>,
-    bounds: Bounds3,
 }
 
 /// A thing and its name in the scene file.
@@ -39,38 +40,20 @@ pub struct Named<T> {
     pub value: T,
 }
 
-/// A shape with the materials of its slots.
-#[derive(Debug)]
-struct BuiltShape {
-    name: String,
-    shape: AnyShape,
-    /// Material index per slot; never empty.
-    materials: Vec<u32>,
-}
-
-/// One appearance of a shape: a geometry of the acceleration structure's upper level.
-#[derive(Debug)]
-struct Placed {
-    /// Index into the shapes.
-    shape: u32,
-    /// The map from the geometry's space, or none if that is world space.
-    to_world: Option<Transform>,
-}
-
 impl Scene {
     /// Finds the nearest hit of each ray, in the order of the rays.
     pub fn closest_batch(&self, rays: &[Ray], hits: &mut [Hit]) {
-        self.bvh.closest_batch(rays, hits);
+        self.shapes.bvh.closest_batch(rays, hits);
     }
 
     /// Finds the nearest hit of one ray; for inspectors, batches are faster.
     pub fn closest(&self, ray: &Ray) -> Hit {
-        self.bvh.closest(ray)
+        self.shapes.bvh.closest(ray)
     }
 
     /// Tells for each ray whether anything lies on it, in the order of the rays.
     pub fn occluded_batch(&self, rays: &[Ray], blocked: &mut [bool]) {
-        self.bvh.occluded_batch(rays, blocked);
+        self.shapes.bvh.occluded_batch(rays, blocked);
     }
 
     /// The material at a surface point in Phong's terms.
@@ -102,11 +85,11 @@ impl Scene {
 
     /// The name of the shape of a surface point.
     pub fn shape_name(&self, shape: u32) -> &str {
-        &self.shapes[shape as usize].name
+        &self.shapes.list[shape as usize].name
     }
 
     /// A box around all shapes, world space.
     pub fn bounds(&self) -> Bounds3 {
-        self.bounds
+        self.shapes.bounds
     }
 }

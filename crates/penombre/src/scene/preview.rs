@@ -18,22 +18,22 @@ pub struct Placement {
 impl Scene {
     /// Number of shapes.
     pub fn shapes(&self) -> usize {
-        self.shapes.len()
+        self.shapes.list.len()
     }
 
     /// Triangles that look like a shape.
     pub fn tessellate(&self, shape: u32) -> Tessellation {
-        self.shapes[shape as usize].shape.tessellate()
+        self.shapes.list[shape as usize].value.tessellate()
     }
 
     /// Index of the material of each slot of a shape; never empty. Slots beyond the last have the last one's.
     pub fn shape_materials(&self, shape: u32) -> &[u32] {
-        &self.shapes[shape as usize].materials
+        &self.slots[shape as usize]
     }
 
     /// All appearances of all shapes.
     pub fn placements(&self) -> impl Iterator<Item = Placement> {
-        self.placed.iter().map(|p| Placement { shape: p.shape, to_world: p.to_world })
+        self.shapes.placed.iter().map(|p| Placement { shape: p.shape, to_world: p.to_world })
     }
 
     /// A material in Phong's terms at surface coordinates, for a white vertex colour, seen from right above.

@@ -38,17 +38,17 @@ pub struct Summary {
 impl Scene {
     /// Counts what is inside.
     pub fn summary(&self) -> Summary {
-        let triangles = self.shapes.iter().filter(|s| s.shape.type_name() == "mesh");
+        let triangles = self.shapes.list.iter().filter(|s| s.value.type_name() == "mesh");
         Summary {
-            shapes: counts(self.shapes.iter().map(|s| s.shape.type_name())),
+            shapes: counts(self.shapes.list.iter().map(|s| s.value.type_name())),
             materials: counts(given(&self.materials).map(|m| m.value.type_name())),
             textures: counts(self.textures.iter().map(|t| t.type_name())),
             lights: counts(self.lights.iter().map(|l| l.value.type_name())),
             cameras: self.cameras.iter().map(|c| c.name.clone()).collect(),
-            triangles: triangles.map(|s| s.shape.primitives()).sum(),
-            instances: self.placed.iter().filter(|p| p.to_world.is_some()).count(),
-            bounds: self.bounds,
-            bvh_bytes: self.bvh.stats().bytes,
+            triangles: triangles.map(|s| s.value.primitives()).sum(),
+            instances: self.shapes.placed.iter().filter(|p| p.to_world.is_some()).count(),
+            bounds: self.bounds(),
+            bvh_bytes: self.shapes.bvh.stats().bytes,
         }
     }
 }

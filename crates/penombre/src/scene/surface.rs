@@ -82,8 +82,8 @@ impl Scene {
             return None;
         }
         let index = if hit.instance == Hit::NO_INSTANCE { hit.geometry } else { hit.instance };
-        let placed = &self.placed[index as usize];
-        let built = &self.shapes[placed.shape as usize];
+        let placed = &self.shapes.placed[index as usize];
+        let shape = &self.shapes.list[placed.shape as usize].value;
         let local_ray = match &placed.to_world {
             None => *ray,
             Some(map) => {
@@ -91,13 +91,14 @@ impl Scene {
                 Ray::new(inverse.point(ray.origin), inverse.vector(ray.dir), ray.t_min, ray.t_max)
             }
         };
-        let mut at = built.shape.point(&local_ray, hit);
+        let mut at = shape.point(&local_ray, hit);
         if let Some(map) = &placed.to_world {
             (at.p, at.p_error) = map.point_with_error(at.p, at.p_error);
             at.ng = map.normal(at.ng).normalize_or(Vec3::Z);
             at.ns = map.normal(at.ns).normalize_or(at.ng);
         }
-        let slot = (at.slot as usize).min(built.materials.len() - 1);
+        let slots = &self.slots[placed.shape as usize];
+        let slot = (at.slot as usize).min(slots.len() - 1);
         Some(SurfacePoint {
             p: at.p,
             p_error: at.p_error,
@@ -106,7 +107,7 @@ impl Scene {
             wo: -ray.dir.normalize(),
             uv: at.uv,
             color: at.color,
-            material: built.materials[slot],
+            material: slots[slot],
             shape: placed.shape,
             t: hit.t,
         })

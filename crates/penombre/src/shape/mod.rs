@@ -45,7 +45,8 @@ pub trait Shape: Send + Sync + Sized {
     /// The parameters.
     const SCHEMA: &'static [ParamSpec];
 
-    /// Builds it from checked parameters. Faults go to the context; `None` if it cannot stand.
+    /// Builds it from checked parameters. Faults go to the context; `None` if it cannot stand. Besides the parameters
+    /// it may depend on the node's mesh file, and on nothing else: scenes share built shapes.
     fn build(params: &Params, context: &mut Context<'_, '_>) -> Option<Self>;
 
     /// What the ray kernels trace.

@@ -127,6 +127,45 @@ fn cancelling_stops_at_once_and_dropping_leaves_no_thread() {
 }
 
 #[test]
+fn a_cancelled_render_hands_out_nothing() {
+    let (shared, opts) = (Shared::default(), options(2));
+    let worker = Worker::new(plan("cornell", [40, 40], 4), &shared, &opts);
+    shared.cancelled.store(true, Ordering::Relaxed);
+    worker.sweep(&worker.job, 0..worker.job.units(), &|_| panic!("it was cancelled"));
+    assert!(worker.coarse(COARSE[0]).is_none());
+    assert_eq!(worker.run(), State::Cancelled);
+    assert!(shared.lock().newest.is_none());
+}
+
+/// Niceness of the calling thread: field 19 of its line in /proc, where field 2 is a name in parentheses.
+#[cfg(target_os = "linux")]
+fn niceness() -> i32 {
+    let line = std::fs::read_to_string("/proc/thread-self/stat").unwrap();
+    line.rsplit_once(") ").unwrap().1.split(' ').nth(16).unwrap().parse().unwrap()
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn behind_the_coarse_pictures_the_threads_yield() {
+    // On one thread, pictures are published and the window is woken where samples are taken.
+    let seen_at = |yielding: bool| {
+        let seen: Arc<Mutex<Vec<i32>>> = Arc::default();
+        let theirs = seen.clone();
+        let wake = Arc::new(move || theirs.lock().unwrap().push(niceness()));
+        let opts = Options { yielding, wake, ..options(1) };
+        ProgressiveRender::start(|| Ok(plan("square", [20, 20], 2)), opts).wait();
+        let seen = seen.lock().unwrap().clone();
+        assert!(seen.len() > COARSE.len() + 1, "{seen:?}");
+        seen
+    };
+    let usual = niceness();
+    assert!(seen_at(false).iter().all(|n| *n == usual));
+    let seen = seen_at(true);
+    let (coarse, rest) = seen.split_at(COARSE.len());
+    assert!(coarse.iter().all(|n| *n == usual) && rest.iter().all(|n| *n == 19), "{seen:?}");
+}
+
+#[test]
 fn a_scene_that_cannot_be_built_is_told() {
     let mut render = ProgressiveRender::start(|| Err("no such camera".to_owned()), options(1));
     assert_eq!(render.wait(), State::Failed("no such camera".to_owned()));

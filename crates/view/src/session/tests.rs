@@ -214,6 +214,38 @@ fn the_surroundings_of_a_bare_mesh_follow_the_size() {
 }
 
 #[test]
+fn plans_share_the_shapes_of_the_loaded_scene() {
+    let folder = tempfile::tempdir().unwrap();
+    let odd = Session::load(&Source::file(&odd_file(folder.path())).unwrap(), None, &Limits::default());
+    let settings = Settings {
+        phase: Some(2),
+        hard_shadows: Some(true),
+        shadow_samples: Some(3),
+        spp: Some(2),
+        ..Settings::default()
+    };
+    for session in [session("cornell"), odd.unwrap()] {
+        let setup =
+            Setup { size: [33, 44], camera: turned(session.start_camera()), settings: settings.clone() };
+        for setup in [session.setup(), setup] {
+            assert!(session.plan(&setup).unwrap().scene.shares_shapes(session.scene()));
+        }
+    }
+    // The ground of a bare mesh follows the size: one that was built for it is taken.
+    let file = folder.path().join("flat.off");
+    std::fs::write(&file, "OFF\n3 1 0\n0 0 0\n1 0 0\n0 2 0\n3 0 1 2\n").unwrap();
+    let bare = Session::load(&Source::file(&file).unwrap(), None, &Limits::default()).unwrap();
+    let at = |size, camera| bare.plan(&Setup { size, camera, ..bare.setup() }).unwrap().scene;
+    let [start, moved] = [bare.start_camera(), turned(bare.start_camera())];
+    assert!(at(bare.values().size, moved).shares_shapes(bare.scene()));
+    let tall = at([30, 40], start);
+    assert!(!tall.shares_shapes(bare.scene()));
+    assert!(at([30, 40], moved).shares_shapes(&tall));
+    assert!(!at([40, 40], moved).shares_shapes(&tall));
+    assert!(at(bare.values().size, start).shares_shapes(bare.scene()));
+}
+
+#[test]
 fn a_scene_without_camera_says_what_is_missing() {
     let folder = tempfile::tempdir().unwrap();
     let file = folder.path().join("ball.toml");
