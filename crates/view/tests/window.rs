@@ -1,8 +1,8 @@
-//! The window's contents, drawn and driven without a window system.
+//! The window's contents, drawn and driven without a window system. What `r` writes goes to a folder of its own.
 
 mod common;
 
-use eframe::egui::{self, Event, Key, Modifiers, MouseWheelUnit, PointerButton, Pos2, Vec2, pos2, vec2};
+use eframe::egui::{self, Event, Key, Modifiers, MouseWheelUnit, PointerButton, Pos2, pos2, vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use egui_kittest::wgpu::WgpuTestRenderer;
@@ -11,12 +11,28 @@ use penombre_view::session::Source;
 use penombre_view::state::Mode;
 use penombre_view::window::{App, PANEL_WIDTH, Start};
 use std::cell::RefCell;
+use std::path::Path;
 use std::rc::Rc;
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 /// Nothing here takes longer, on any machine.
 const LIMIT: Duration = Duration::from_secs(60);
+/// Width of the picture, pixels.
 const PICTURE: u32 = 96;
+/// Height of the window and so of the picture: the whole panel is seen.
+const HEIGHT: f32 = 640.0;
+
+/// The folder in which this program runs; the same for all tests, for it is the process's.
+fn folder() -> &'static Path {
+    static FOLDER: OnceLock<tempfile::TempDir> = OnceLock::new();
+    let make = || {
+        let folder = tempfile::tempdir().expect("a folder for temporary files");
+        std::env::set_current_dir(folder.path()).expect("a folder that was just made");
+        folder
+    };
+    FOLDER.get_or_init(make).path()
+}
 
 struct Window {
     harness: Harness<'static, App>,
@@ -24,27 +40,39 @@ struct Window {
 }
 
 impl Window {
-    /// A window that shows a scene, with a picture of 96 × 96 pixels; `None` where nothing can draw.
+    /// A window that shows a scene, with a picture of 96 × 640 pixels; `None` where nothing can draw.
     fn showing(scene: &str) -> Option<Self> {
+        folder();
         let state = common::card()?;
         let said: Rc<RefCell<Vec<String>>> = Rc::default();
         let (theirs, drawn) = (said.clone(), state.clone());
         let start = Start {
             source: Source::builtin(scene),
-            size: Some([PICTURE; 2]),
+            size: Some([PICTURE, HEIGHT as u32]),
             live: false,
             latency_marker: false,
         };
         let make = move |ctx: &egui::Context| {
-            App::new(ctx, Some(&drawn), start, Box::new(move |line| theirs.borrow_mut().push(line.to_owned())))
+            App::new(
+                ctx,
+                Some(&drawn),
+                start,
+                Box::new(move |line| theirs.borrow_mut().push(line.to_owned())),
+            )
         };
-        let mut make = Some(make);
-        let ctx = egui::Context::default();
-        let app = make.take()?(&ctx);
+        let app = make(&egui::Context::default());
+        // The harness leaves a margin: the app gets the whole window.
+        let whole = |ui: &mut egui::Ui, app: &mut App| {
+            let window = ui.ctx().content_rect();
+            ui.scope_builder(egui::UiBuilder::new().max_rect(window), |ui| {
+                ui.set_clip_rect(window);
+                app.ui(ui);
+            });
+        };
         let harness = Harness::builder()
-            .with_size(vec2(PICTURE as f32 + PANEL_WIDTH, 640.0_f32.max(PICTURE as f32)))
+            .with_size(vec2(PICTURE as f32 + PANEL_WIDTH, HEIGHT))
             .renderer(WgpuTestRenderer::from_render_state(state))
-            .build_ui_state(|ui, app: &mut App| app.ui(ui), app);
+            .build_ui_state(whole, app);
         let mut window = Self { harness, said };
         window.until("the scene is shown", |app| app.viewer().source().is_some());
         Some(window)
@@ -118,4 +146,165 @@ fn a_drag_of_several_movements_is_the_course_s_trackball() {
         window.drag(egui_button, &points);
         assert_eq!(window.camera(), expected, "{button:?}");
     }
+}
+
+#[test]
+fn the_wheel_zooms_over_the_picture_only() {
+    let Some(mut window) = Window::showing("square") else { return };
+    for (at, zooms) in [(pos2(40.0, 40.0), true), (pos2(250.0, 600.0), false)] {
+        let mut expected = window.camera();
+        window.harness.event(Event::PointerMoved(at));
+        window.harness.step();
+        let (unit, delta, modifiers) = (MouseWheelUnit::Line, vec2(0.0, 2.0), Modifiers::NONE);
+        let (phase, source) = (egui::TouchPhase::Move, egui::MouseWheelSource::Wheel);
+        window.harness.event(Event::MouseWheel { unit, delta, modifiers, phase, source });
+        window.harness.step();
+        if zooms {
+            expected.wheel(2.0);
+        }
+        assert_eq!(window.camera(), expected);
+    }
+}
+
+/// `r` renders, shows exactly the bytes that it writes, and says the command.
+#[test]
+fn r_renders_shows_and_writes_the_same_pixels() {
+    let Some(mut window) = Window::showing("cornell") else { return };
+    window.press("r");
+    window.until("the image is complete and written", |app| {
+        matches!(app.viewer().mode(), Mode::Rendered(_)) && app.viewer().notice().is_some()
+    });
+    window.until("the second file is written", |_| folder().join("rendu.png").exists());
+    let shown = window.picture();
+    let text = std::fs::read_to_string(folder().join("rendu.ppm")).unwrap();
+    let mut lines = text.lines();
+    let header: Vec<&str> = lines.by_ref().take(3).collect();
+    assert_eq!(header, ["P3", "96 640", "255"]);
+    let numbers: Vec<i32> = lines.flat_map(str::split_whitespace).map(|n| n.parse().unwrap()).collect();
+    assert_eq!(numbers.len(), 3 * shown.len());
+    // The course's format truncates and the screen rounds.
+    let apart = |(a, b): (&i32, u8)| i32::from(b) - a;
+    let mut apart = numbers.iter().zip(shown.into_iter().flatten()).map(apart);
+    assert!(apart.all(|d| d == 0 || d == 1));
+    let png = penombre_image::load(&folder().join("rendu.png")).unwrap();
+    assert_eq!([png.width(), png.height()], [96, 640]);
+    let said = window.said.borrow();
+    assert_eq!(*said, ["penombre render cornell --size 96x640"]);
+}
+
+#[test]
+fn keys_and_buttons_do_what_the_help_says() {
+    let Some(mut window) = Window::showing("sphere") else { return };
+    for scene in ["square", "cornell", "sphere"] {
+        window.press("+");
+        window.until(scene, |app| app.viewer().source() == Some(&Source::builtin(scene)));
+    }
+    window.press("-");
+    window.until("cornell", |app| app.viewer().source() == Some(&Source::builtin("cornell")));
+    let surfaces = window.picture();
+    window.press("w");
+    window.until("edges are drawn", |app| app.viewer().is_wireframe());
+    let begin = Instant::now();
+    while window.picture() == surfaces {
+        assert!(begin.elapsed() < LIMIT, "edges are never drawn");
+        window.harness.step();
+    }
+    window.press("w");
+    assert!(window.picture() == surfaces, "surfaces come back as they were");
+    window.harness.get_by_label("1").click();
+    window.harness.run_steps(2);
+    assert_eq!(window.harness.state().viewer().settings().phase, Some(1));
+    // Flat colours: those of the walls and spheres and the background, nothing between.
+    let colors: std::collections::BTreeSet<[u8; 3]> = window.picture().into_iter().collect();
+    assert!((3..8).contains(&colors.len()), "{colors:?}");
+    window.press("?");
+    assert!(window.harness.query_by_label("Keys and mouse").is_some());
+    window.harness.key_press(Key::Escape);
+    window.harness.run_steps(2);
+    assert!(!window.harness.state().viewer().shows_help());
+}
+
+#[test]
+fn values_of_the_panel_change_the_command() {
+    let Some(mut window) = Window::showing("cornell") else { return };
+    window.harness.get_by_label("hard shadows").click();
+    window.harness.run_steps(3);
+    let command = "penombre render cornell --size 96x640 --hard-shadows";
+    assert!(window.harness.query_by_label(command).is_some(), "the panel shows the command");
+    window.harness.get_by_label("Copy").click();
+    window.harness.step();
+    let copied =
+        |c: &egui::OutputCommand| matches!(c, egui::OutputCommand::CopyText(text) if text == command);
+    assert!(window.harness.output().platform_output.commands.iter().any(copied));
+}
+
+#[test]
+fn broken_and_missing_files_are_told_and_the_scene_stays() {
+    let Some(mut window) = Window::showing("square") else { return };
+    let broken = folder().join("broken.toml");
+    std::fs::write(&broken, "penombre = 1\n[shape.a]\ntype = \"spere\"\n").unwrap();
+    for (name, part) in [("broken.toml", "sphere"), ("gone.obj", "there is no file")] {
+        window.harness.key_press_modifiers(Modifiers::COMMAND, Key::O);
+        window.harness.run_steps(2);
+        window.harness.event(Event::Text(name.to_owned()));
+        window.harness.step();
+        window.harness.key_press(Key::Enter);
+        let begin = Instant::now();
+        while window.harness.query_by_label_contains(part).is_none() {
+            assert!(begin.elapsed() < LIMIT, "no message says `{part}`");
+            window.harness.step();
+        }
+        window.harness.key_press(Key::Escape);
+        window.harness.run_steps(2);
+        assert!(window.harness.query_by_label_contains(part).is_none(), "Esc closes it");
+        assert_eq!(window.harness.state().viewer().source(), Some(&Source::builtin("square")));
+    }
+}
+
+#[test]
+fn images_are_saved_where_they_should() {
+    let Some(mut window) = Window::showing("square") else { return };
+    window.press("r");
+    window.until("the image is complete", |app| matches!(app.viewer().mode(), Mode::Rendered(_)));
+    for (name, word) in [("typed.exr", "typed.exr was written"), ("typed.xyz", "typed.xyz")] {
+        window.harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
+        window.harness.run_steps(2);
+        window.harness.event(Event::Text(name.to_owned()));
+        window.harness.step();
+        window.harness.key_press(Key::Enter);
+        window.until(word, |app| {
+            let viewer = app.viewer();
+            [viewer.notice(), viewer.message()].into_iter().flatten().any(|text| text.contains(word))
+        });
+    }
+    assert!(penombre_image::load(&folder().join("typed.exr")).is_ok());
+    assert!(!folder().join("typed.xyz").exists());
+}
+
+#[test]
+fn any_size_of_window_is_survived() {
+    let Some(mut window) = Window::showing("cornell") else { return };
+    for size in [vec2(1.0, 1.0), vec2(PANEL_WIDTH, 2.0), vec2(3000.0, 3.0), vec2(PANEL_WIDTH + 64.0, 64.0)] {
+        window.harness.set_size(size);
+        window.harness.run_steps(3);
+        window.press("r");
+        window.press("w");
+        window.press("w");
+        assert!(window.harness.render().is_ok());
+    }
+    window.until("the last render is complete", |app| matches!(app.viewer().mode(), Mode::Rendered(_)));
+    assert_eq!(window.harness.state().viewer().setup().size, [64, 64]);
+}
+
+#[test]
+fn full_screen_shows_the_picture_alone() {
+    let Some(mut window) = Window::showing("cornell") else { return };
+    assert!(window.harness.query_by_label("Render").is_some());
+    window.press("f");
+    window.harness.run_steps(2);
+    assert!(window.harness.query_by_label("Render").is_none());
+    assert_eq!(window.harness.state().viewer().setup().size[0], PICTURE + PANEL_WIDTH as u32);
+    window.press("f");
+    window.harness.run_steps(2);
+    assert!(window.harness.query_by_label("Render").is_some());
 }

@@ -87,7 +87,7 @@ impl Browser {
 
     fn contents(&mut self, ui: &mut egui::Ui) -> Option<Choice> {
         ui.horizontal(|ui| {
-            if ui.button("⬆").on_hover_text("the folder above").clicked()
+            if ui.button("Up").on_hover_text("the folder above").clicked()
                 && let Some(above) = self.folder.parent().map(Path::to_owned)
             {
                 self.enter(&above);
