@@ -2,6 +2,7 @@
 
 use clap::{ArgAction, Args, Parser, Subcommand};
 use penombre_image::ToneCurve;
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 /// A renderer: scene in, picture out.
@@ -31,6 +32,8 @@ pub struct Verbosity {
 pub enum Command {
     /// Render a scene into images.
     Render(RenderArgs),
+    /// Open a window: turn a scene, render it, save the image.
+    View(ViewArgs),
     /// Tell what is inside a scene.
     Info(InfoArgs),
     /// Tell all faults of a scene, rendering nothing.
@@ -108,6 +111,14 @@ pub struct RenderArgs {
     /// At the end, one line of statistics on standard output.
     #[arg(long)]
     pub json: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct ViewArgs {
+    /// As for `render`: a scene, `--set`, `--asset-root`, `--size`; and what else the window's program `penombre-view`
+    /// takes. `penombre-view --help` lists it.
+    #[arg(value_name = "SCENE, OPTIONS", trailing_var_arg = true, allow_hyphen_values = true)]
+    pub arguments: Vec<OsString>,
 }
 
 #[derive(Debug, Args)]

@@ -18,6 +18,7 @@ mod scene;
 mod statistics;
 mod terminal;
 mod trace;
+mod view;
 
 use args::{Cli, Command};
 use clap::Parser;
@@ -34,6 +35,8 @@ pub enum Exit {
     Usage,
     /// Stopped by the user; what was done is saved.
     Interrupted,
+    /// As a program that was started: its status.
+    As(u8),
 }
 
 impl Exit {
@@ -43,6 +46,7 @@ impl Exit {
             Self::Failure => 1,
             Self::Usage => 2,
             Self::Interrupted => interrupt::STATUS as u8,
+            Self::As(status) => status,
         }
     }
 }
@@ -56,6 +60,7 @@ fn main() -> ExitCode {
     // A last net: no input should get here, and if one does it is a fault of ours, said shortly.
     let ended = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| match &cli.command {
         Command::Render(args) => render::run(args, &cli.verbosity),
+        Command::View(args) => view::run(args),
         Command::Info(args) => info::run(args),
         Command::Check(args) => check::run(args, &cli.verbosity),
         Command::Diff(args) => diff::run(args, &cli.verbosity),

@@ -18,7 +18,6 @@ const PLANNED: &[&str] = &[
     "--denoise",
     "--memory-limit",
     "--preview",
-    "view",
     "convert",
     "merge",
     "bench",

@@ -200,7 +200,7 @@ fn wrong_command_lines_are_refused() {
     for (arguments, expected) in [
         (vec!["render", "cornell", "--noise", "0.1"], "not built yet"),
         (vec!["render", "cornell", "--resume"], "not built yet"),
-        (vec!["view", "cornell"], "not built yet"),
+        (vec!["convert", "cornell"], "not built yet"),
         (vec!["render", "cornell", "--nose", "0.1"], "--nose"),
         (vec!["render", "cornell", "--size", "0x4"], "0x4"),
         (vec!["render", "cornell", "--spp", "0"], "--spp"),
@@ -298,4 +298,80 @@ fn an_interrupted_render_saves_what_it_has() {
         assert_eq!(names(folder.0.path()), ["out.png"]);
         folder.ok(&["diff", "out.png", "out.png"]);
     }
+}
+
+/// `penombre` with nothing beside it, and a `penombre-view` that says what it was given and ends with status 7.
+#[cfg(unix)]
+struct Bench(Folder);
+
+#[cfg(unix)]
+impl Bench {
+    /// On the disk of the command itself, so that a link will do: a program that was just written cannot be started
+    /// while another thread starts one too.
+    fn new() -> Self {
+        let folder = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR")).unwrap();
+        std::fs::hard_link(env!("CARGO_BIN_EXE_penombre"), folder.path().join("penombre")).unwrap();
+        Self(Folder(folder))
+    }
+
+    /// Writes the program into a new folder below, by another process for the same reason.
+    fn program(&self, folder: &str, script: &str) {
+        std::fs::create_dir_all(self.0.path(folder)).unwrap();
+        let write = "printf '#!/bin/sh\\n%s\\n' \"$1\" > \"$2\" && chmod +x \"$2\"";
+        let file = self.0.path(folder).join("penombre-view");
+        let written = Command::new("sh").args(["-c", write, "sh", script]).arg(file).status().unwrap();
+        assert!(written.success());
+    }
+
+    /// Runs `penombre view` with the folders on the PATH.
+    fn view(&self, folders: &str, arguments: &[&str]) -> Output {
+        let mut command = Command::new(self.0.path("penombre"));
+        command.arg("view").args(arguments).current_dir(self.0.0.path());
+        command.env("PATH", folders).output().unwrap()
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn the_window_is_started_with_what_was_given_and_its_status_is_passed_on() {
+    let bench = Bench::new();
+    bench.program("path", "printf '[%s]' path \"$@\"; exit 7");
+    let path = bench.0.path("path").display().to_string();
+    let given: [&[&str]; 4] = [
+        &[],
+        &["cornell"],
+        &["--live"],
+        &["a b.toml", "--set", "camera.fov=40", "--size", "8x9", "--asset-root", "../x", "--set=a=[1, 2]"],
+    ];
+    for arguments in given {
+        let output = bench.view(&path, arguments);
+        let expected: String = [&["path"], arguments].concat().iter().map(|a| format!("[{a}]")).collect();
+        assert_eq!(text(&output.stdout), expected, "{}", text(&output.stderr));
+        assert_eq!((output.status.code(), text(&output.stderr).as_str()), (Some(7), ""));
+    }
+    // The one beside the command comes first.
+    bench.program(".", "echo beside");
+    let output = bench.view(&path, &["cornell"]);
+    assert_eq!((text(&output.stdout).as_str(), output.status.code()), ("beside\n", Some(0)));
+    bench.program(".", "kill -9 $$");
+    assert_eq!(bench.view(&path, &["cornell"]).status.code(), Some(1), "ended by a signal");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_missing_window_is_told_with_what_to_do() {
+    let bench = Bench::new();
+    let output = bench.view("/nowhere", &["cornell"]);
+    let said = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    for part in
+        ["penombre-view", "cargo build --release -p penombre-view", "cargo install --path crates/view"]
+    {
+        assert!(said.contains(part), "{said}");
+    }
+    // What cannot be run is told as well.
+    std::fs::write(bench.0.path("penombre-view"), "").unwrap();
+    let output = bench.view("/nowhere", &["cornell"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(text(&output.stderr).contains("cannot run"), "{}", text(&output.stderr));
 }
