@@ -8,7 +8,7 @@ mod material;
 
 use penombre::Scene;
 use penombre::scene::Placement;
-use penombre::shape::Tessellation;
+use penombre::shape::{Detail, Tessellation};
 use penombre_math::{Bounds3, Spectrum, Transform, Vec2, Vec3};
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -109,8 +109,11 @@ impl PreviewMesh {
         }
         let count: usize = by_shape.values().map(Vec::len).sum();
         let mut builder = Builder::new(limits, count);
+        // What is curved shares the triangles evenly; a mesh may take what is left.
+        let curved = limits.triangles / count.max(1) / 2;
         for (shape, placements) in &by_shape {
-            builder.shape(&scene.tessellate(*shape), scene.shape_materials(*shape), placements);
+            let detail = Detail { curved, most: builder.room.triangles };
+            builder.shape(&scene.tessellate(*shape, &detail), scene.shape_materials(*shape), placements);
         }
         let mut mesh = builder.finish();
         mesh.materials = material::all(scene, limits.texture_bytes);
@@ -216,6 +219,7 @@ impl Builder {
             if self.fits(shape) {
                 self.spend(shape);
                 self.add(shape, materials, placement);
+                self.told.thinned += usize::from(shape.left_out > 0);
             } else if i == 0 && whole.triangles >= BOX_TRIANGLES && !shape.triangles.is_empty() {
                 // The shape itself is too large: a part of its triangles still looks like it.
                 let thinned = thin(shape, &whole);

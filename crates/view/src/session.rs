@@ -226,6 +226,11 @@ impl Session {
     ///
     /// All faults, as text for a person.
     pub fn plan(&self, setup: &Setup) -> Result<Plan, String> {
+        self.described_plan(setup).map(|(plan, _)| plan)
+    }
+
+    /// The plan, and the description that it was made from.
+    fn described_plan(&self, setup: &Setup) -> Result<(Plan, SceneDescription), String> {
         let (mut description, previous) = self.base(setup.size);
         let mut sources = self.loaded.sources.clone();
         let mut faults = Diagnostics::default();
@@ -242,7 +247,20 @@ impl Session {
         if let Some(resized) = self.resized().as_mut().filter(|resized| resized.size == setup.size) {
             resized.scene = plan.scene.clone();
         }
-        Ok(plan)
+        Ok((plan, description))
+    }
+
+    /// What files of the image say of their making; `spp`: the samples per pixel that it has.
+    pub fn provenance(&self, setup: &Setup, spp: f64) -> Vec<(String, String)> {
+        let Ok((plan, description)) = self.described_plan(setup) else { return Vec::new() };
+        let digest = description.digest(&self.loaded.assets);
+        // Where no command gives the image, the reason is as good an answer.
+        let command = self.command_line(setup).unwrap_or_else(|reason| reason);
+        let mut entries = plan.provenance(self.name(), digest, command);
+        for (_, value) in entries.iter_mut().filter(|(key, _)| key == penombre::render::SPP_ENTRY) {
+            *value = spp.to_string();
+        }
+        entries
     }
 
     /// The command that renders the same image, bit for bit; quoted for a POSIX shell. Where it writes is left to

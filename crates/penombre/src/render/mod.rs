@@ -11,7 +11,7 @@ mod unit;
 use crate::film::{SAMPLE_CHUNK, Tile};
 use crate::sampler::SamplerKind;
 
-pub use plan::{NODE_SCHEMAS, Plan, default_tone};
+pub use plan::{NODE_SCHEMAS, Plan, SPP_ENTRY, default_tone};
 pub use run::{Event, Observer, Outcome, Render, Statistics};
 pub use settings::RenderSettings;
 pub use unit::{DroppedSample, UnitResult, record};

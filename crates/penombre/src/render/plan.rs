@@ -12,6 +12,8 @@ use std::sync::Arc;
 /// Roles whose nodes have no types, with their parameters.
 pub const NODE_SCHEMAS: &[(Role, &[ParamSpec])] = &[(Role::Render, RenderSettings::SCHEMA)];
 
+/// Key of the samples per pixel in [`Plan::provenance`].
+pub const SPP_ENTRY: &str = "penombre:spp";
 /// Edge of the tiles unless told otherwise, pixels.
 const DEFAULT_TILE: u32 = 16;
 
@@ -79,7 +81,7 @@ impl Plan {
             entry("penombre:scene-digest", scene_digest),
             entry("penombre:command", command),
             entry("penombre:integrator", self.integrator.name().to_owned()),
-            entry("penombre:spp", self.job.spp.to_string()),
+            entry(SPP_ENTRY, self.job.spp.to_string()),
             entry("penombre:seed", self.job.seed.to_string()),
         ]
     }

@@ -2,7 +2,7 @@
 
 use super::Scene;
 use crate::material::{PhongView, Shade};
-use crate::shape::Tessellation;
+use crate::shape::{Detail, Tessellation};
 use crate::texture::TexturePoint;
 use penombre_math::{Spectrum, Transform, Vec2, Vec3};
 
@@ -22,8 +22,8 @@ impl Scene {
     }
 
     /// Triangles that look like a shape.
-    pub fn tessellate(&self, shape: u32) -> Tessellation {
-        self.shapes.list[shape as usize].value.tessellate()
+    pub fn tessellate(&self, shape: u32, detail: &Detail) -> Tessellation {
+        self.shapes.list[shape as usize].value.tessellate(detail)
     }
 
     /// Index of the material of each slot of a shape; never empty. Slots beyond the last have the last one's.
@@ -48,6 +48,7 @@ impl Scene {
 #[cfg(test)]
 mod tests {
     use crate::scene::Scene;
+    use crate::shape::Detail;
     use crate::testing::{builtin, plan, set};
     use penombre_bvh::Ray;
     use penombre_math::Vec3;
@@ -56,7 +57,7 @@ mod tests {
     /// Every vertex of every tessellation lies on the surface that rays meet, and its normal is the surface's.
     fn assert_on_surface(scene: &Scene, tolerance: f32) {
         for placement in scene.placements() {
-            let tessellation = scene.tessellate(placement.shape);
+            let tessellation = scene.tessellate(placement.shape, &Detail::FULL);
             assert!(!tessellation.triangles.is_empty());
             for (p, n) in tessellation.positions.iter().zip(&tessellation.normals).step_by(7) {
                 let (p, n) = match placement.to_world {
@@ -101,6 +102,6 @@ mod tests {
         }
         let shape = scene.placements().next().unwrap().shape;
         assert!(!scene.shape_materials(shape).is_empty());
-        assert!(scene.tessellate(shape).positions.iter().all(|p| Vec3::is_finite(*p)));
+        assert!(scene.tessellate(shape, &Detail::FULL).positions.iter().all(|p| Vec3::is_finite(*p)));
     }
 }

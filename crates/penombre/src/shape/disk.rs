@@ -13,7 +13,7 @@
 //! ```
 
 use super::common::{CENTER, MATERIAL, RADIUS, TRANSFORM, place, rounded, scaled_radius, uniform_scale};
-use super::{Shape, ShapePoint, Tessellation};
+use super::{Detail, Shape, ShapePoint, Tessellation};
 use crate::registry::Context;
 use penombre_bvh::{Geometry, Hit, Ray};
 use penombre_math::{Bounds3, DAffine3, Frame, Spectrum, Vec2, Vec3, float};
@@ -87,8 +87,9 @@ impl Shape for Disk {
         }
     }
 
-    fn tessellate(&self) -> Tessellation {
-        Tessellation::grid(SEGMENTS, 1, |uv| {
+    fn tessellate(&self, detail: &Detail) -> Tessellation {
+        let segments = (detail.curved / 2).clamp(6, SEGMENTS as usize) as u32;
+        Tessellation::grid(segments, 1, |uv| {
             let (s, c) = float::sin_cos(uv.x * TAU);
             let local = Vec3::new(c, s, 0.0) * (self.radius * uv.y);
             (self.center + self.frame.to_world(local), self.frame.z)

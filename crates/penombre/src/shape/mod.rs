@@ -12,7 +12,7 @@ use penombre_math::{Bounds3, DAffine3, Spectrum, Vec2, Vec3};
 use penombre_scene::ParamSpec;
 use penombre_scene::params::Params;
 
-pub use tessellation::Tessellation;
+pub use tessellation::{Detail, Tessellation};
 
 /// What a shape knows of a hit, in the space of its geometry.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -62,7 +62,7 @@ pub trait Shape: Send + Sync + Sized {
     }
 
     /// Triangles that look like it, in the geometry's space, for raster previews.
-    fn tessellate(&self) -> Tessellation;
+    fn tessellate(&self, detail: &Detail) -> Tessellation;
 
     /// A box around it, in the geometry's space.
     fn bounds(&self) -> Bounds3;
@@ -98,8 +98,8 @@ macro_rules! shapes {
             }
 
             /// Triangles that look like it, in the geometry's space, for raster previews.
-            pub fn tessellate(&self) -> Tessellation {
-                match self { $(Self::$type(s) => s.tessellate()),+ }
+            pub fn tessellate(&self, detail: &Detail) -> Tessellation {
+                match self { $(Self::$type(s) => s.tessellate(detail)),+ }
             }
 
             /// A box around it, in the geometry's space.

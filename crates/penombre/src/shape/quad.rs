@@ -12,7 +12,7 @@
 //! ```
 
 use super::common::{MATERIAL, TRANSFORM, on_plane, place, rounded, too_far};
-use super::{Shape, ShapePoint, Tessellation};
+use super::{Detail, Shape, ShapePoint, Tessellation};
 use crate::registry::Context;
 use penombre_bvh::{Geometry, Hit, Ray};
 use penombre_math::{Bounds3, DVec3, Spectrum, Vec2, Vec3};
@@ -72,7 +72,7 @@ impl Shape for Quad {
         }
     }
 
-    fn tessellate(&self) -> Tessellation {
+    fn tessellate(&self, _: &Detail) -> Tessellation {
         Tessellation::grid(1, 1, |uv| {
             (self.origin + self.sides[0] * uv.x + self.sides[1] * uv.y, self.normal)
         })

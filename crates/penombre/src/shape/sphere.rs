@@ -12,7 +12,7 @@
 //! ```
 
 use super::common::{CENTER, MATERIAL, RADIUS, TRANSFORM, place, rounded, scaled_radius, uniform_scale};
-use super::{Shape, ShapePoint, Tessellation};
+use super::{Detail, Shape, ShapePoint, Tessellation};
 use crate::registry::Context;
 use penombre_bvh::{Geometry, Hit, Ray};
 use penombre_math::{Bounds3, DAffine3, DVec3, Spectrum, Vec2, Vec3, float};
@@ -74,8 +74,10 @@ impl Shape for Sphere {
         }
     }
 
-    fn tessellate(&self) -> Tessellation {
-        Tessellation::grid(SEGMENTS, SEGMENTS / 2, |uv| {
+    fn tessellate(&self, detail: &Detail) -> Tessellation {
+        // n segments around make n/2 rows of 2n triangles.
+        let segments = (detail.curved.isqrt() as u32).clamp(4, SEGMENTS);
+        Tessellation::grid(segments, segments / 2, |uv| {
             let (s, c) = float::sin_cos(uv.x * TAU);
             let (z, across) = float::sin_cos((uv.y - 0.5) * PI);
             let object = Vec3::new(c * across, s * across, z);

@@ -306,3 +306,16 @@ fn loading_happens_in_the_background() {
     let failed = Loading::start(Source::builtin("sqare"), None, count, wake).wait();
     assert!(failed.unwrap_err().contains("square"));
 }
+
+#[test]
+fn files_say_how_they_were_made() {
+    let session = Session::load(&Source::builtin("cornell"), Some([30, 20]), &Limits::default()).unwrap();
+    let setup = Setup { camera: turned(session.start_camera()), ..session.setup() };
+    let entries = session.provenance(&setup, 12.5);
+    let value = |key: &str| entries.iter().find(|(k, _)| k == key).map(|(_, v)| v.clone()).unwrap();
+    assert_eq!(value("penombre:spp"), "12.5");
+    assert_eq!(value("penombre:command"), session.command_line(&setup).unwrap());
+    let start = session.provenance(&session.setup(), 50.0);
+    let digest = start.iter().find(|(k, _)| k == "penombre:scene-digest").unwrap();
+    assert_ne!(value("penombre:scene-digest"), digest.1, "another camera makes another scene");
+}

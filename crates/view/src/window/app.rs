@@ -143,10 +143,11 @@ impl App {
         for news in self.desk.poll() {
             let loaded = matches!(news, Input::Loaded { .. });
             self.handle(news, ctx);
-            if loaded && std::mem::take(&mut self.fit) {
-                if let Some(session) = self.desk.session() {
-                    resize(ctx, session.values().size);
-                }
+            if loaded
+                && std::mem::take(&mut self.fit)
+                && let Some(session) = self.desk.session()
+            {
+                resize(ctx, session.values().size);
             }
         }
         let faults = std::mem::take(&mut *self.faults.lock().unwrap_or_else(PoisonError::into_inner));

@@ -83,13 +83,11 @@ impl Desk {
         let complete = self.renders.current().and_then(|render| render.complete());
         let Some(picture) = complete.or_else(|| current.newest.clone()) else { return };
         let settings = &setup.settings;
-        let options = WriteOptions {
-            tone: stage.session.tone(settings),
-            exposure: settings.exposure,
-            course_ppm,
-            metadata: Vec::new(),
-        };
+        let (tone, exposure) = (stage.session.tone(settings), settings.exposure);
+        let (session, setup) = (stage.session.clone(), setup.clone());
         let write = move || {
+            let metadata = session.provenance(&setup, picture.figures.spp);
+            let options = WriteOptions { tone, exposure, course_ppm, metadata };
             let name = path.display();
             match penombre_image::save(&path, &picture.image, &options) {
                 Ok(()) => Ok(format!("{name} was written")),

@@ -1,7 +1,7 @@
 //! One result from a thread.
 
 use super::desk::Wake;
-use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 
 /// Work in the background whose result is taken once.
 pub struct Task<T> {
@@ -9,23 +9,29 @@ pub struct Task<T> {
     result: Receiver<T>,
 }
 
+/// Ends a task, also if its work panics: first it is clear whether there is a result, then the window wakes.
+struct End<T> {
+    send: Option<Sender<T>>,
+    wake: Wake,
+}
+
+impl<T> Drop for End<T> {
+    fn drop(&mut self) {
+        drop(self.send.take());
+        (self.wake)();
+    }
+}
+
 impl<T: Send + 'static> Task<T> {
     /// Starts. `wake` is called when the result is there, or will never be.
     pub fn start(name: &'static str, work: impl FnOnce() -> T + Send + 'static, wake: Wake) -> Self {
-        /// Wakes also if the work panics.
-        struct Waker(Wake);
-        impl Drop for Waker {
-            fn drop(&mut self) {
-                (self.0)();
-            }
-        }
         let (send, result) = channel();
         let run = move || {
-            let waker = Waker(wake);
-            // Nobody may be waiting any more.
-            let _ = send.send(work());
-            drop(send);
-            drop(waker);
+            let end = End { send: Some(send), wake };
+            if let Some(send) = &end.send {
+                // Nobody may be waiting any more.
+                let _ = send.send(work());
+            }
         };
         // Without a thread the sender is dropped, and the next poll says so.
         drop(std::thread::Builder::new().name(name.to_owned()).spawn(run));

@@ -16,7 +16,8 @@ mod inline;
 mod normals;
 
 use super::common::{MATERIAL, TRANSFORM, on_plane, rounded, too_far};
-use super::{Shape, ShapePoint, Tessellation};
+use super::tessellation::Corners;
+use super::{Detail, Shape, ShapePoint, Tessellation};
 use crate::registry::Context;
 use penombre_bvh::{Geometry, Hit, Ray, Triangles};
 use penombre_math::rounding::gamma;
@@ -140,21 +141,23 @@ impl Shape for Mesh {
         }
     }
 
-    fn tessellate(&self) -> Tessellation {
-        let mut result = Tessellation { slots: self.slots.clone(), ..Tessellation::default() };
-        for triangle in 0..self.indices.len() {
+    fn tessellate(&self, detail: &Detail) -> Tessellation {
+        let step = self.indices.len().div_ceil(detail.most.max(1)).max(1);
+        let mut corners = Corners::new(self.positions.len());
+        for triangle in (0..self.indices.len()).step_by(step) {
             let corner =
                 |u, v| Hit { t: 0.0, u, v, geometry: 0, prim: triangle as u32, instance: Hit::NO_INSTANCE };
             let ray = Ray::new(Vec3::ZERO, Vec3::Z, 0.0, 0.0);
             let points = [(0.0, 0.0), (1.0, 0.0), (0.0, 1.0)].map(|(u, v)| self.point(&ray, &corner(u, v)));
-            let corners = self.indices[triangle].map(|i| self.positions[i as usize]);
-            let vertex = |i: usize, result: &mut Tessellation| {
-                result.push(corners[i], points[i].ns, points[i].uv, points[i].color)
-            };
-            let vertices = [0, 1, 2].map(|i| vertex(i, &mut result));
-            result.triangles.push(vertices);
+            let indices = self.indices[triangle];
+            let vertex =
+                |i: usize| corners.vertex(indices[i], self.positions[indices[i] as usize], &points[i]);
+            let vertices = [0, 1, 2].map(vertex);
+            corners.result.triangles.push(vertices);
+            corners.result.slots.extend(self.slots.get(triangle));
         }
-        result
+        let left_out = self.indices.len() - corners.result.triangles.len();
+        Tessellation { left_out, ..corners.result }
     }
 
     fn bounds(&self) -> Bounds3 {
