@@ -11,7 +11,7 @@ use penombre::integrator::AnyIntegrator;
 use penombre::{Job, Plan, Render, Scene, UnitResult};
 use penombre_image::Image;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -166,6 +166,13 @@ impl ProgressiveRender {
         self.shared.lock().newest.take()
     }
 
+    /// Waits until there is a picture that was not taken yet, at most so long.
+    pub fn wait_for_snapshot(&self, most: Duration) {
+        let none = |published: &mut Published| published.newest.is_none();
+        // The lock comes back either way, and nothing is done with it.
+        drop(self.shared.picture.wait_timeout_while(self.shared.lock(), most, none));
+    }
+
     /// The picture of exactly the job's samples, once there is one.
     pub fn complete(&self) -> Option<Snapshot> {
         self.shared.lock().complete.clone()
@@ -227,6 +234,8 @@ impl Renders {
 struct Shared {
     cancelled: AtomicBool,
     published: Mutex<Published>,
+    /// Told of every picture.
+    picture: Condvar,
 }
 
 #[derive(Debug)]
@@ -239,7 +248,8 @@ struct Published {
 impl Default for Shared {
     fn default() -> Self {
         let published = Published { newest: None, complete: None, state: State::Running };
-        Self { cancelled: AtomicBool::new(false), published: Mutex::new(published) }
+        let (published, picture) = (Mutex::new(published), Condvar::new());
+        Self { cancelled: AtomicBool::new(false), published, picture }
     }
 }
 
@@ -392,6 +402,7 @@ impl<'a> Worker<'a> {
         }
         published.newest = Some(snapshot);
         drop(published);
+        self.shared.picture.notify_all();
         (self.options.wake)();
     }
 

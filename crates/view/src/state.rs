@@ -81,7 +81,7 @@ pub enum Input {
     Fault(String),
     /// The message was read.
     MessageClosed,
-    /// Time passed: seconds since any fixed moment. Needed while [`Viewer::wants_ticks`].
+    /// Time passed: seconds since any fixed moment. Needed when [`Viewer::next_tick`] says so.
     Tick(f64),
 }
 
@@ -209,9 +209,6 @@ pub struct Viewer {
 }
 
 impl Viewer {
-    /// How often [`Input::Tick`] should come while it is wanted.
-    pub const TICK: std::time::Duration = std::time::Duration::from_millis(10);
-
     /// A window of that size without a scene; the first action loads one.
     pub fn new(size: [u32; 2], first: Source) -> (Self, Vec<Action>) {
         let camera = crate::camera::LookAt {
@@ -509,10 +506,16 @@ impl Viewer {
         Setup { size, camera: self.camera, settings: self.settings.clone() }
     }
 
-    /// True while [`Input::Tick`] may start something: the live render waits for the camera to rest.
-    pub fn wants_ticks(&self) -> bool {
-        let waits = self.moved || self.resting_since.is_some();
-        self.live && self.mode == Mode::Raster && waits && self.source.is_some() && !self.size.contains(&0)
+    /// Seconds until the next [`Input::Tick`] should come: the live render waits for the camera to rest. `None` while
+    /// a tick would start nothing.
+    pub fn next_tick(&self, now: f64) -> Option<f64> {
+        let able = self.live && self.mode == Mode::Raster && self.source.is_some() && !self.size.contains(&0);
+        let rests_at = match self.resting_since {
+            _ if self.moved => now,
+            Some(since) => since + REST,
+            None => return None,
+        };
+        able.then_some((rests_at - now).max(0.0))
     }
 
     /// True if there is an image to save.

@@ -93,7 +93,7 @@ fn r_renders_what_is_seen_and_saves_when_complete() {
     // Once only.
     assert_eq!(news(&mut viewer, *id, picture(Stage::Beyond)), [Action::Redraw]);
     news(&mut viewer, *id, RenderEvent::Finished);
-    assert!(!viewer.wants_ticks(), "idle");
+    assert_eq!(viewer.next_tick(5.0), None, "idle");
     // Again: another render.
     assert!(started(&key(&mut viewer, 'r')) > Some(*id));
 }
@@ -124,13 +124,14 @@ fn moving_goes_back_to_raster_at_once_and_old_news_are_ignored() {
 fn the_live_render_starts_when_the_camera_rests() {
     let mut viewer = showing("cornell");
     viewer.handle(Input::Panel(PanelChange::Live(true)));
-    assert!(viewer.wants_ticks());
+    assert_eq!(viewer.next_tick(1.0), Some(0.0), "at once, to tell when the rest began");
     assert_eq!(started(&viewer.handle(Input::Tick(1.0))), None);
+    assert!((viewer.next_tick(1.02).unwrap() - (REST - 0.02)).abs() < 1e-9);
     assert_eq!(started(&viewer.handle(Input::Tick(1.02))), None, "not rested long enough");
     turn(&mut viewer);
     assert_eq!(started(&viewer.handle(Input::Tick(1.06))), None, "it has moved");
     let id = started(&viewer.handle(Input::Tick(1.2))).unwrap();
-    assert!(!viewer.wants_ticks());
+    assert_eq!(viewer.next_tick(1.3), None);
     // It writes no file, unless r is pressed meanwhile.
     assert_eq!(saves(&news(&mut viewer, id, picture(Stage::Complete))), 0);
     turn(&mut viewer);

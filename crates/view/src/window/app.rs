@@ -15,7 +15,10 @@ use eframe::egui_wgpu::RenderState;
 use penombre_image::ToneCurve;
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::Instant;
+use std::time::{Duration, Instant};
+
+/// How long a frame waits for the first picture of the render that it started.
+const FIRST_PICTURE: Duration = Duration::from_millis(20);
 
 /// How the window starts.
 #[derive(Clone, Debug)]
@@ -46,6 +49,8 @@ pub struct App {
     faults: Arc<Mutex<Vec<String>>>,
     /// The setup of the command that is shown, and that command.
     command: Option<(Setup, Source, Result<String, String>)>,
+    /// True if this frame started a render.
+    started: bool,
     /// True until the first scene has given the window its size.
     fit: bool,
     begin: Instant,
@@ -81,6 +86,7 @@ impl App {
             marker: start.latency_marker.then(Marker::default),
             faults,
             command: None,
+            started: false,
             fit: start.size.is_none(),
             begin: Instant::now(),
             title: String::new(),
@@ -101,12 +107,25 @@ impl App {
         }
         let picture = egui::CentralPanel::no_frame().show(ui, |ui| self.picture(ui)).inner;
         self.dialogues(&ctx);
-        if self.viewer.wants_ticks() {
-            self.handle(Input::Tick(self.begin.elapsed().as_secs_f64()), &ctx);
-            ctx.request_repaint_after(Viewer::TICK);
-        }
+        self.tick(&ctx);
         self.draw(ui, picture);
         self.name_window(&ctx);
+    }
+
+    /// Starts the live render when the camera has rested. A render that this frame started may show its first picture in
+    /// it, if that comes at once: a frame less to wait for.
+    fn tick(&mut self, ctx: &egui::Context) {
+        let now = self.begin.elapsed().as_secs_f64();
+        if self.viewer.next_tick(now).is_some() {
+            self.handle(Input::Tick(now), ctx);
+        }
+        if let Some(left) = self.viewer.next_tick(now) {
+            ctx.request_repaint_after(Duration::from_secs_f64(left));
+        }
+        if std::mem::take(&mut self.started) {
+            self.desk.wait_for_picture(FIRST_PICTURE);
+            self.take_news(ctx);
+        }
     }
 
     fn handle(&mut self, input: Input, ctx: &egui::Context) {
@@ -121,7 +140,10 @@ impl App {
                 let size = (!self.fit).then(|| self.viewer.setup().size);
                 self.desk.load(source, size);
             }
-            Action::StartRender { id, setup, beyond } => self.desk.render(id, setup, beyond),
+            Action::StartRender { id, setup, beyond } => {
+                self.desk.render(id, setup, beyond);
+                self.started = true;
+            }
             Action::CancelRender => self.desk.cancel(),
             Action::SaveImage { path, course_ppm } => self.save(&path, course_ppm),
             Action::OpenDialog => self.browse(Purpose::Open),
@@ -200,7 +222,7 @@ impl App {
             rect,
             scale,
             hovered: response.contains_pointer() && self.browser.is_none(),
-            keyboard: self.browser.is_none() && !ctx.egui_wants_keyboard_input(),
+            keyboard: self.browser.is_none() && !ctx.text_edit_focused() && !egui::Popup::is_any_open(&ctx),
         };
         let (events, dropped) = ui.input(|i| (i.events.clone(), i.raw.dropped_files.clone()));
         if let Some(marker) = &mut self.marker {
@@ -298,6 +320,11 @@ impl App {
     pub fn finish(&mut self) -> Vec<String> {
         self.desk.cancel();
         self.desk.finish_saves()
+    }
+
+    /// True if the processor draws the window.
+    pub fn is_software(&self) -> bool {
+        self.screen.is_software()
     }
 
     /// The state machine, for tests.

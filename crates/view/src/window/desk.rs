@@ -71,6 +71,13 @@ impl Desk {
         self.current = Some(Current { id, newest: None, ended: false });
     }
 
+    /// Waits a moment for the render's first picture, so that the frame that started it can show it.
+    pub fn wait_for_picture(&self, most: Duration) {
+        if let Some(render) = self.renders.current() {
+            render.wait_for_snapshot(most);
+        }
+    }
+
     /// Stops the render; its newest picture stays.
     pub fn cancel(&mut self) {
         self.renders.cancel();

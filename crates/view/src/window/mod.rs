@@ -18,6 +18,9 @@ use std::rc::Rc;
 pub use app::{App, Say, Start};
 pub use panel::WIDTH as PANEL_WIDTH;
 
+/// Where the processor draws, waiting for a screen's refresh only delays.
+const SOFTWARE_SURFACE: SurfaceConfig =
+    SurfaceConfig { present_mode: eframe::wgpu::PresentMode::AutoNoVsync, ..SurfaceConfig::LOW_LATENCY };
 /// The smallest window that a person can drag to, points.
 const LEAST_SIZE: [f32; 2] = [1.0, 1.0];
 
@@ -64,8 +67,11 @@ pub fn run(start: Start, say: Say) -> Result<(), String> {
 struct Shell(Rc<RefCell<Option<App>>>);
 
 impl eframe::App for Shell {
-    fn ui(&mut self, ui: &mut egui::Ui, _: &mut eframe::Frame) {
+    fn ui(&mut self, ui: &mut egui::Ui, frame: &mut eframe::Frame) {
         if let Some(app) = self.0.borrow_mut().as_mut() {
+            if app.is_software() {
+                frame.set_wgpu_surface_config(SOFTWARE_SURFACE);
+            }
             app.ui(ui);
         }
     }

@@ -46,6 +46,11 @@ impl Screen {
         Self { gpu, state, target: None, drawn: None, image: None }
     }
 
+    /// True if the processor does the card's work.
+    pub fn is_software(&self) -> bool {
+        self.gpu.as_ref().is_some_and(Gpu::is_software)
+    }
+
     /// Shows a rendered image.
     pub fn image(
         &mut self,
