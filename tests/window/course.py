@@ -84,6 +84,10 @@ def keys(report: Report, viewer: Viewer) -> None:
         viewer.key(key)
         viewer.becomes(plain, f"{name} to go")
         report.check(f"{name} goes", True, "exactly", viewer)
+    for key in ("Shift_L", "Control_L", "Alt_L", "Tab"):
+        viewer.key(key)
+        same = viewer.settled() == plain
+        report.check(f"{key} alone changes nothing in the picture", same, "", viewer)
     extent = viewer.extent()
     for word in ("on", "off"):
         viewer.key("f")

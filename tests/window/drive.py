@@ -29,6 +29,7 @@ SCENARIOS: dict[str, Callable[[Stage], None]] = {
     "course": course,
     "long-render": trouble.long_render,
     "broken-scenes": trouble.broken_scenes,
+    "unwritable": trouble.unwritable,
     "sizes": trouble.sizes,
     "refusals": trouble.refusals,
 }

@@ -7,9 +7,10 @@ import time
 from pathlib import Path
 
 from course import CENTER, differs
+from pictures import Picture
 from report import Report, Stage
 from screen import wait_for, without_display
-from viewer import COARSE, FRAME_LIMIT_S, RASTER, Viewer
+from viewer import COARSE, COMPLETE, FRAME_LIMIT_S, RASTER, Viewer
 
 # A drag during a render must not wait for the render: a few software frames on a busy machine.
 BACK_TO_RASTER_S = 3.0
@@ -32,7 +33,7 @@ BROKEN = {
 def long_render(stage: Stage) -> None:
     """Drag, Esc, Ctrl-S and q during a render that would take hours."""
     with stage.run("long render", ["cornell", "--latency-marker", *ENDLESS]) as viewer:
-        for part in (drag_it, cancel_it, save_it):
+        for part in (drag_it, resize_it, cancel_it, save_it):
             with stage.part(part.__name__, viewer):
                 viewer.key("r")
                 viewer.shows(COARSE, "a first image after r")
@@ -48,6 +49,17 @@ def drag_it(report: Report, viewer: Viewer) -> None:
     took = time.monotonic() - start
     viewer.screen.xdotool("mouseup", 1)
     report.check("a drag during a render shows the raster view", True, f"after {1000 * took:.0f} ms", viewer)
+
+
+def resize_it(report: Report, viewer: Viewer) -> None:
+    """Another size of the window shows the raster view in that size; the old size restores the old picture."""
+    extent = viewer.extent()
+    for size in ((extent[0] + 100, extent[1] - 80), extent):
+        viewer.resize(*size)
+        viewer.shows(RASTER, "the raster view after a resize", BACK_TO_RASTER_S)
+        wait_for("the new size", FRAME_LIMIT_S, lambda size=size: viewer.extent() == size)
+        viewer.at_rest()
+    report.check("a resize during a render shows the raster view", viewer.lives(), "", viewer)
 
 
 def cancel_it(report: Report, viewer: Viewer) -> None:
@@ -91,7 +103,9 @@ def broken_scenes(stage: Stage) -> None:
         with stage.run(f"start with {name}", [str(folder / name)]) as viewer:
             named_at_start(stage.report, viewer, name)
     with stage.run("opened later", ["cornell"]) as viewer:
-        for name in names:
+        with stage.part("open missing.toml", viewer):
+            missing_later(stage.report, viewer, folder / "missing.toml")
+        for name in BROKEN:
             with stage.part(f"open {name}", viewer):
                 opened_later(stage.report, viewer, folder / name)
 
@@ -103,6 +117,23 @@ def named_at_start(report: Report, viewer: Viewer, name: str) -> None:
     viewer.key("plus")
     scene = viewer.changed(message, f"a scene of the course after {name}")
     report.check(f"start with {name}: + shows a scene", *differs(message, scene), viewer)
+
+
+def missing_later(report: Report, viewer: Viewer, path: Path) -> None:
+    """The dialogue says that there is no such file and stays; Esc closes it and not the program."""
+    before = viewer.settled()
+    viewer.answer("ctrl+o", str(path))
+    wait_for("a warning in the dialogue", FRAME_LIMIT_S, lambda: has_warning(viewer.whole()))
+    report.check("open missing.toml: the dialogue says so", True, "", viewer)
+    viewer.key("Escape")
+    viewer.becomes(before, "the picture without the dialogue")
+    report.check("open missing.toml: Esc closes the dialogue", viewer.lives(), "", viewer)
+
+
+def has_warning(picture: Picture) -> bool:
+    """Whether there is text in the orange of warnings."""
+    pixels = zip(picture.data[0::3], picture.data[1::3], picture.data[2::3])
+    return sum(red > 200 and 100 < green < 180 and blue < 60 for red, green, blue in pixels) >= 20
 
 
 def opened_later(report: Report, viewer: Viewer, path: Path) -> None:
@@ -117,6 +148,31 @@ def opened_later(report: Report, viewer: Viewer, path: Path) -> None:
         message = viewer.changed(message.part(0, 0, *viewer.size), f"another scene after {path.name}")
     wait_for(f"the box without a message after {path.name}", FRAME_LIMIT_S, lambda: viewer.whole() == before)
     report.check(f"open {path.name}: the program goes on", True, "", viewer)
+
+
+def unwritable(stage: Stage) -> None:
+    """`r` where its files cannot be written: the image stays, with a message."""
+    with stage.run("unwritable", ["cornell", "--latency-marker", "--set", "render.spp=4"]) as viewer:
+        files = [viewer.folder / name for name in ("rendu.ppm", "rendu.png")]
+        viewer.key("r")
+        wait_for("rendu.ppm and rendu.png", FRAME_LIMIT_S, lambda: all(f.exists() for f in files))
+        image = below_marker(viewer)
+        for file in files:
+            file.unlink()
+            file.mkdir()
+        viewer.key("r")
+        wait_for("the image under a message", FRAME_LIMIT_S, lambda: covered(viewer, image))
+        stage.report.check("r where it cannot write: a message", viewer.lives(), "", viewer)
+
+
+def covered(viewer: Viewer, image: Picture) -> bool:
+    """Whether the complete image is shown with something over the smaller part of it."""
+    return viewer.marker()[1] == COMPLETE and 0.01 < image.share_different(below_marker(viewer)) < 0.5
+
+
+def below_marker(viewer: Viewer) -> Picture:
+    """The picture at rest without its first rows, where the latency marker is."""
+    return viewer.settled().part(0, 8, viewer.size[0], viewer.size[1] - 8)
 
 
 def sizes(stage: Stage) -> None:
