@@ -27,7 +27,7 @@ def course(stage: Stage) -> None:
         stage.report.check("the window appears", True, f"{took:.1f} s to a picture at rest", viewer)
         title = viewer.title()
         stage.report.check("its title", title.startswith("penombre"), title)
-        for part in (mouse, scenes, keys):
+        for part in (mouse, scenes, fingers, keys):
             with stage.part(part.__name__, viewer):
                 part(stage.report, viewer)
         render(stage, viewer)
@@ -72,6 +72,19 @@ def scenes(report: Report, viewer: Viewer) -> None:
         viewer.key(key)
         viewer.becomes(first[at], f"the {name} again after {key}")
     report.check("- goes back, + begins anew after the last", True, "exactly", viewer)
+
+
+def fingers(report: Report, viewer: Viewer) -> None:
+    """`+` is Shift and another key: whichever of the two is let go first, each press is one scene. Leaves the box."""
+    last = viewer.settled()
+    for order in (("equal", "Shift_L"), ("Shift_L", "equal")):
+        for name in ("sphere", "square", "cornell"):
+            words = ["keydown", "Shift_L", "keydown", "equal"]
+            for key in order:
+                words += ["sleep", "0.05", "keyup", key]
+            viewer.screen.xdotool(*words)
+            last = viewer.changed(last, f"the next scene after +, {order[0]} let go first")
+            report.check(f"+, {order[0]} let go first, shows {name}", name in viewer.title(), viewer.title(), viewer)
 
 
 def keys(report: Report, viewer: Viewer) -> None:
