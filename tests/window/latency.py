@@ -255,6 +255,7 @@ class Bench:
 
     def large(self, viewer: Viewer) -> None:
         """Everything that concerns a large picture of a large mesh."""
+        viewer.at_rest()
         probe = Probe(viewer)
         self.rows["pointer over the panel while rendering"] = over_panel(probe, 2 * self.count)
         self.rows["drag while rendering, to the raster view"] = into_raster(probe, self.count)

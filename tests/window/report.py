@@ -71,6 +71,7 @@ class Stage:
         with Viewer(self.screen, self.view, self.folder(name), arguments, size) as viewer:
             with self.part(name, viewer):
                 viewer.appear()
+                viewer.at_rest()
                 yield viewer
                 status = viewer.quit()
                 self.report.check(f"{name}: q ends the program", status == 0, f"exit status {status}")

@@ -60,12 +60,11 @@ class Viewer:
         return self.process.poll() is None
 
     def appear(self) -> None:
-        """Waits for the window and its first frame, and gives it the keyboard."""
+        """Waits for the window and its first frame, and gives it the keyboard. The scene may still be loading."""
         self.window = wait_for("the window", START_LIMIT_S, self._find)
         # Without a window manager nothing has the focus.
         self.screen.xdotool("windowfocus", "--sync", self.window)
         wait_for("a first frame", FRAME_LIMIT_S, lambda: len(set(self.picture().data)) > 3)
-        self.settled()
 
     def _find(self) -> int | None:
         if not self.lives():
