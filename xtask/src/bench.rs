@@ -1,17 +1,20 @@
 //! Figures on this machine.
 
 use crate::json;
-use crate::run::{Call, Outcome, release_binary};
+use crate::run::{Call, Outcome, built, release_binary};
+use crate::test::python;
+use crate::test::window::Screen;
 
 const RUNS: usize = 3;
 
-/// Runs the benchmark called `name`, or all.
+/// Runs the benchmark called `name`, or all but the window's, which needs a virtual screen.
 pub fn run(name: Option<&str>) -> Outcome {
     match name {
         Some("kernels") => kernels(),
         Some("cornell") => cornell(),
+        Some("window") => window(),
         None => kernels().and_then(|()| cornell()),
-        Some(other) => Err(format!("no benchmark `{other}`: kernels, cornell")),
+        Some(other) => Err(format!("no benchmark `{other}`: kernels, cornell, window")),
     }
 }
 
@@ -37,6 +40,18 @@ fn cornell() -> Outcome {
     Ok(())
 }
 
+/// How soon the window shows input, on a virtual screen.
+fn window() -> Outcome {
+    let screen = Screen::find_or_install();
+    if !screen.is_whole() {
+        return Err(format!("the window's virtual screen: {}", screen.why_not()));
+    }
+    let python = python::find_or_install().ok_or("no python3 of 3.11 or newer")?;
+    Call::cargo(&["build", "--release", "-p", "penombre-view"]).status()?;
+    let measure = Call::new(python, &["-B", "tests/window/latency.py", "--json"]);
+    measure.env("PENOMBRE_VIEW_BIN", built("release", "penombre-view")).status()
+}
+
 /// Middle value of an odd number of figures.
 fn median(mut values: Vec<f64>) -> f64 {
     values.sort_by(f64::total_cmp);
@@ -54,6 +69,6 @@ mod tests {
 
     #[test]
     fn unknown_names_are_refused() {
-        assert!(run(Some("nothing")).unwrap_err().contains("kernels, cornell"));
+        assert!(run(Some("nothing")).unwrap_err().contains("kernels, cornell, window"));
     }
 }

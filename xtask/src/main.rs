@@ -16,15 +16,17 @@ const HELP: &str = "\
 cargo xtask TASK
 
   test [--slow]    everything that must hold before a change is taken: format, tidy, clippy, tests, documentation,
-                   release build, comparison with the oracle. --slow adds long sweeps and the unoptimised build
+                   release build, the window on a virtual screen, comparison with the oracle. --slow adds long sweeps
+                   and the unoptimised build
   fmt [--check]    rustfmt over every source file, also those that `cargo fmt` does not find
   tidy             house rules: crate and room graph, lengths, forbidden calls, citations
   gallery          renders the pictures of the README into docs/images/
-  bench [NAME]     figures on this machine: kernels, cornell (default: both)
+  bench [NAME]     figures on this machine: kernels, cornell (default: both); window: how soon it shows input
   help             this page
 
 Needs: the toolchain of rust-toolchain or rust-version with rustfmt and clippy, a C linker (Debian: build-essential),
-python3 for the oracle.";
+python3 for the oracle and the window, and for the window xvfb, xdotool and a Vulkan driver. On Debian, as root, `test`
+installs what is missing of these.";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = std::env::args().skip(1).collect();

@@ -22,13 +22,13 @@ pub fn test_data() -> Option<PathBuf> {
 
 /// The release build of the command `penombre`.
 pub fn release_binary() -> PathBuf {
-    built("release")
+    built("release", "penombre")
 }
 
-/// The command `penombre` as built by the named profile.
-pub fn built(profile: &str) -> PathBuf {
+/// A program of the workspace as built by the named profile, by the name of the profile's folder.
+pub fn built(profile: &str, program: &str) -> PathBuf {
     let target = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from);
-    target.join(profile).join(format!("penombre{}", std::env::consts::EXE_SUFFIX))
+    target.join(profile).join(format!("{program}{}", std::env::consts::EXE_SUFFIX))
 }
 
 /// A program with arguments and added environment, as a value that can be shown and repeated.

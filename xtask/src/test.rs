@@ -1,14 +1,17 @@
 //! `cargo xtask test`: every check in order, each announced and timed, stopping at the first that fails.
 
+mod apt;
 mod bits;
-mod python;
+pub mod python;
 mod tally;
+pub mod window;
 
 use std::time::Instant;
 
 use crate::run::{Call, Outcome, release_binary, test_data};
 use crate::{format, tidy};
 use tally::Tally;
+use window::Screen;
 
 type Action = Box<dyn FnOnce(&mut Tally) -> Outcome>;
 
@@ -49,14 +52,19 @@ pub fn run(slow: bool) -> Outcome {
     if python.is_none() {
         tally.not_run("NOT RUN: comparison with the oracle: no python3 of 3.11 or newer (Debian: apt-get install python3)");
     }
+    // Before the tests: those of the window draw with the driver that may have to be installed.
+    let screen = Screen::find_or_install();
+    if !screen.is_whole() {
+        tally.not_run(&format!("NOT RUN: the window under Xvfb: {}", screen.why_not()));
+    }
     tally.print_not_run();
-    run_steps(steps(slow, python.as_deref()), tally)
+    run_steps(steps(slow, python.as_deref(), &screen), tally)
 }
 
 /// The steps in order: cheap ones first.
-fn steps(slow: bool, python: Option<&str>) -> Vec<Step> {
+fn steps(slow: bool, python: Option<&str>, screen: &Screen) -> Vec<Step> {
     let clippy = ["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"];
-    let tests = Call::cargo(&["test", "--workspace", "--", "--show-output"]);
+    let tests = window_tests(Call::cargo(&["test", "--workspace", "--", "--show-output"]), screen);
     let docs = Call::cargo(&["doc", "--workspace", "--no-deps"]).env("RUSTDOCFLAGS", "-D warnings");
     let mut steps = vec![
         Step {
@@ -71,6 +79,7 @@ fn steps(slow: bool, python: Option<&str>) -> Vec<Step> {
         Step::call("release build", Call::cargo(&["build", "--release", "-p", "penombre-cli"])),
     ];
     if let Some(python) = python {
+        steps.extend(window_steps(python, screen));
         let unit = Call::new(python, &["-B", "-m", "unittest", "discover", "tests/oracle"]);
         steps.push(Step::call("oracle's own tests", unit));
         let size = if slow { [].as_slice() } else { ["--quick"].as_slice() };
@@ -80,11 +89,31 @@ fn steps(slow: bool, python: Option<&str>) -> Vec<Step> {
     }
     if slow {
         let sweeps = Call::cargo(&["test", "--workspace", "--release", "--", "--show-output"]);
-        steps.push(Step::tests("slow tests", sweeps.env("PENOMBRE_SLOW", "1")));
+        steps.push(Step::tests("slow tests", window_tests(sweeps.env("PENOMBRE_SLOW", "1"), screen)));
         steps.push(Step {
             name: "same bits without optimisation",
             repeat: "cargo xtask test --slow".into(),
             action: Box::new(|_| bits::compare_profiles()),
+        });
+    }
+    steps
+}
+
+/// Tells a run of `cargo test` that tests which draw with Vulkan can run.
+fn window_tests(tests: Call, screen: &Screen) -> Call {
+    if screen.driver { tests.env("PENOMBRE_WINDOW_TESTS", "1") } else { tests }
+}
+
+/// The window from outside, and the tests of the programs that look at it.
+fn window_steps(python: &str, screen: &Screen) -> Vec<Step> {
+    let unit = Call::new(python, &["-B", "-m", "unittest", "discover", "tests/window"]);
+    let mut steps = vec![Step::call("the window driver's own tests", unit)];
+    if screen.is_whole() {
+        let drive = window::drive_call(python);
+        steps.push(Step {
+            name: "the window under Xvfb",
+            repeat: drive.typed(),
+            action: Box::new(move |_| window::drive(&drive)),
         });
     }
     steps
@@ -140,12 +169,24 @@ mod tests {
 
     #[test]
     fn the_oracle_needs_python_and_slow_adds_steps() {
+        let steps = |slow, python| steps(slow, python, &Screen::default());
         let plain = steps(false, Some("python3"));
         assert!(plain.iter().any(|s| s.repeat.contains("compare.py --quick")));
         let slow = steps(true, Some("python3"));
         assert!(slow.iter().any(|s| s.repeat.ends_with("compare.py")));
         assert!(names(&slow).contains(&"slow tests") && !names(&plain).contains(&"slow tests"));
         assert!(!names(&steps(false, None)).iter().any(|n| n.contains("oracle")));
+    }
+
+    #[test]
+    fn the_window_needs_its_screen_and_its_tests_are_told_of_the_driver() {
+        let whole = Screen { driver: true, missing: Vec::new() };
+        let found = steps(false, Some("python3"), &whole);
+        assert!(found.iter().any(|s| s.repeat.contains("penombre-view") && s.repeat.contains("drive.py")));
+        assert!(found.iter().any(|s| s.repeat.contains("PENOMBRE_WINDOW_TESTS=1 ")));
+        let bare = steps(true, Some("python3"), &Screen { driver: false, missing: vec!["Xvfb"] });
+        assert!(!bare.iter().any(|s| s.repeat.contains("drive.py") || s.repeat.contains("WINDOW_TESTS")));
+        assert!(!names(&steps(false, None, &whole)).iter().any(|n| n.contains("window")));
     }
 
     #[test]

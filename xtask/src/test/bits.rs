@@ -35,7 +35,7 @@ fn digest(profile: &str, picture: &str, image: &str) -> Result<String, String> {
     let mut arguments = vec!["render"];
     arguments.extend(picture.split_whitespace());
     arguments.extend(["--json", "--no-progress", "-o", image]);
-    let render = Call::new(built(profile), &arguments);
+    let render = Call::new(built(profile, "penombre"), &arguments);
     let line = render.output()?;
     let digest = json::text(&line, "digest").ok_or_else(|| format!("`{}`: no digest", render.typed()))?;
     Ok(digest.to_owned())
