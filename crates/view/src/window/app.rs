@@ -17,6 +17,8 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
+/// Width of help and messages where there is room, points.
+const OVERLAY_WIDTH: f32 = 640.0;
 /// How long a frame waits for the first picture of the render that it started.
 const FIRST_PICTURE: Duration = Duration::from_millis(20);
 
@@ -346,13 +348,17 @@ fn resize(ctx: &egui::Context, [width, height]: [u32; 2]) {
 /// A text over the picture that can be selected; true if it was closed.
 fn overlay(ctx: &egui::Context, title: &str, text: &str) -> bool {
     let mut open = true;
-    let room = ctx.content_rect().size();
+    let room = ctx.content_rect().size() - egui::vec2(40.0, 80.0);
     let window = egui::Window::new(title).collapsible(false).resizable(false).open(&mut open);
     let place = window.anchor(egui::Align2::CENTER_CENTER, egui::Vec2::ZERO);
-    place.max_width(room.x * 0.8).show(ctx, |ui| {
-        egui::ScrollArea::both().max_height(room.y * 0.7).show(ui, |ui| {
-            let text = egui::RichText::new(text.trim_end()).monospace().color(Color32::WHITE);
-            ui.add(egui::Label::new(text).selectable(true).extend());
+    place.show(ctx, |ui| {
+        ui.set_width(room.x.clamp(40.0, OVERLAY_WIDTH));
+        egui::ScrollArea::vertical().max_height(room.y.max(40.0)).show(ui, |ui| {
+            // Broken files are quoted in messages, whatever they hold.
+            let shown = |c: char| if c.is_control() && c != '\n' { '·' } else { c };
+            let text: String = text.trim_end().chars().map(shown).collect();
+            let text = egui::RichText::new(text).monospace().color(Color32::WHITE);
+            ui.add(egui::Label::new(text).selectable(true).wrap());
         });
     });
     !open

@@ -5,6 +5,7 @@ use crate::keys::{Key, KeyPress};
 use crate::state::Input;
 use eframe::egui::{self, Event, PointerButton};
 use penombre_math::Vec2;
+use std::collections::BTreeSet;
 
 /// Points of a touchpad's scroll that count as one step of a wheel.
 const POINTS_PER_STEP: f32 = 50.0;
@@ -22,6 +23,8 @@ struct Drag {
 #[derive(Debug, Default)]
 pub struct Canvas {
     drag: Option<Drag>,
+    /// Keys that are down, by their place on the keyboard: what a place types changes with Shift.
+    held: BTreeSet<egui::Key>,
 }
 
 /// Where the picture is, and who may hear.
@@ -44,12 +47,15 @@ impl Canvas {
         let mut repeated = false;
         for event in events {
             match event {
-                Event::Key { pressed: true, repeat, key, modifiers, .. } => {
+                Event::Key { pressed: true, repeat, key, physical_key, modifiers } => {
                     // The text of a key that is held down follows its event.
-                    repeated = *repeat;
-                    if place.keyboard && !repeat {
+                    repeated = physical_key.map_or(*repeat, |place| !self.held.insert(place));
+                    if place.keyboard && !repeated {
                         inputs.extend(key_press(*key, *modifiers).map(Input::Key));
                     }
+                }
+                Event::Key { pressed: false, physical_key: Some(place), .. } => {
+                    self.held.remove(place);
                 }
                 Event::Text(text) if place.keyboard && !repeated => {
                     inputs.extend(text.chars().map(|c| Input::Key(KeyPress::char(c))));
@@ -65,7 +71,7 @@ impl Canvas {
                     };
                     inputs.push(Input::Wheel(steps));
                 }
-                Event::WindowFocused(false) => self.drag = None,
+                Event::WindowFocused(false) => *self = Self::default(),
                 _ => {}
             }
         }
@@ -113,19 +119,19 @@ fn key_press(key: egui::Key, modifiers: egui::Modifiers) -> Option<KeyPress> {
     match key {
         egui::Key::Escape => Some(KeyPress::key(Key::Escape)),
         egui::Key::Home => Some(KeyPress::key(Key::Home)),
-        // These move the keyboard between fields, or type a space.
-        egui::Key::Tab | egui::Key::Enter | egui::Key::Space => None,
-        _ if is_typed(key) => None,
-        _ => Some(KeyPress::key(Key::Other)),
+        _ if is_other(key) => Some(KeyPress::key(Key::Other)),
+        // It comes as text, moves the keyboard between fields, or only changes what others mean.
+        _ => None,
     }
 }
 
-/// True for keys whose text comes as an event of its own.
-fn is_typed(key: egui::Key) -> bool {
-    // Letters, digits, and what is written between them have a symbol or a name of one letter; function and arrow
-    // keys do not.
-    let arrows = [egui::Key::ArrowUp, egui::Key::ArrowDown, egui::Key::ArrowLeft, egui::Key::ArrowRight];
-    !arrows.contains(&key) && key.symbol_or_name().chars().count() == 1
+/// True for keys that a person presses for what they do and that type nothing.
+fn is_other(key: egui::Key) -> bool {
+    use egui::Key as K;
+    let named = [K::ArrowUp, K::ArrowDown, K::ArrowLeft, K::ArrowRight, K::Insert, K::Delete];
+    let paging = [K::End, K::PageUp, K::PageDown, K::Backspace];
+    let function = key.name().strip_prefix('F').is_some_and(|n| n.parse::<u8>().is_ok());
+    named.contains(&key) || paging.contains(&key) || function
 }
 
 #[cfg(test)]
@@ -177,6 +183,33 @@ mod tests {
         assert_eq!(found, expected);
         let deaf = Place { keyboard: false, ..place() };
         assert!(Canvas::default().inputs(&events, &deaf).is_empty());
+    }
+
+    /// Shift goes up before the key that it changed: the next press counts all the same, and Shift alone does nothing.
+    #[test]
+    fn shifted_keys_come_once_each_time() {
+        let mut canvas = Canvas::default();
+        let event = |key, physical, pressed| Event::Key {
+            key,
+            physical_key: Some(physical),
+            pressed,
+            // What egui says here cannot be relied on.
+            repeat: pressed && key == egui::Key::Plus,
+            modifiers: Modifiers::NONE,
+        };
+        for _ in 0..3 {
+            let events = [
+                event(egui::Key::ShiftLeft, egui::Key::ShiftLeft, true),
+                event(egui::Key::Plus, egui::Key::Equals, true),
+                Event::Text("+".into()),
+                event(egui::Key::Plus, egui::Key::Equals, true),
+                Event::Text("+".into()),
+                event(egui::Key::ShiftLeft, egui::Key::ShiftLeft, false),
+                event(egui::Key::Equals, egui::Key::Equals, false),
+            ];
+            let found = canvas.inputs(&events, &place());
+            assert!(matches!(found[..], [Input::Key(press)] if press == KeyPress::char('+')), "{found:?}");
+        }
     }
 
     #[test]

@@ -11,7 +11,7 @@ mod screen;
 mod task;
 
 use eframe::egui;
-use eframe::egui_wgpu::{self, SurfaceConfig, WgpuError};
+use eframe::egui_wgpu::{self, SurfaceConfig};
 use std::cell::RefCell;
 use std::rc::Rc;
 
@@ -79,17 +79,33 @@ impl eframe::App for Shell {
 
 /// Why there is no window, and what to do.
 fn explain(error: &eframe::Error) -> String {
-    let help = match error {
-        eframe::Error::Wgpu(WgpuError::RequestAdapterError(_) | WgpuError::RequestDeviceError(_)) => {
-            "no graphics adapter can draw the window. Any driver for Vulkan or OpenGL does, one in software too (Debian, \
-             Ubuntu: apt-get install mesa-vulkan-drivers libgl1-mesa-dri)"
+    let what = match error {
+        eframe::Error::Wgpu(_) => {
+            "no graphics driver can draw the window. Any for Vulkan or OpenGL can, one in software too (Debian, Ubuntu: \
+             apt-get install mesa-vulkan-drivers libgl1-mesa-dri)"
         }
         eframe::Error::Winit(_) | eframe::Error::WinitEventLoop(_) => {
             "there is no display to draw on: start it in a desktop, with `ssh -X`, or under Xvfb"
         }
         _ => "the window could not be made",
     };
-    format!(
-        "{help}\n  cause: {error}\n  help: `penombre render SCENE` needs neither display nor graphics adapter"
-    )
+    let text = error.to_string();
+    let help = "`penombre render SCENE` needs neither display nor graphics driver";
+    format!("{what}\n  cause: {}\n  help: {help}", cause(&text))
+}
+
+/// The message of an error without the place in a library's source at which it arose.
+fn cause(message: &str) -> &str {
+    let place = message.rfind(".rs:").map_or(0, |at| message[at..].find(": ").map_or(0, |end| at + end + 2));
+    &message[place..]
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn places_in_libraries_are_of_no_interest() {
+        assert_eq!(super::cause("os error at /a/b.rs:12: no display"), "no display");
+        assert_eq!(super::cause("os error at /a/b.rs:12"), "os error at /a/b.rs:12");
+        assert_eq!(super::cause("no display"), "no display");
+    }
 }
