@@ -27,14 +27,23 @@ pub struct Limits {
     pub triangles: usize,
     /// Most vertices, 48 bytes each.
     pub vertices: usize,
+    /// Most triangles of a curved shape.
+    pub curved: usize,
     /// Most bytes of all textures together.
     pub texture_bytes: usize,
+}
+
+impl Limits {
+    /// For wireframes: curved shapes as coarse as in the course, whose spheres are grids of 20 × 20.
+    pub fn wireframe() -> Self {
+        Self { curved: 400, texture_bytes: 0, ..Self::default() }
+    }
 }
 
 impl Default for Limits {
     /// Two million triangles, and vertices and textures that fit the buffers that every graphics card has.
     fn default() -> Self {
-        Self { triangles: 2_000_000, vertices: 4_000_000, texture_bytes: 64 << 20 }
+        Self { triangles: 2_000_000, vertices: 4_000_000, curved: usize::MAX, texture_bytes: 64 << 20 }
     }
 }
 
@@ -110,7 +119,7 @@ impl PreviewMesh {
         let count: usize = by_shape.values().map(Vec::len).sum();
         let mut builder = Builder::new(limits, count);
         // What is curved shares the triangles evenly; a mesh may take what is left.
-        let curved = limits.triangles / count.max(1) / 2;
+        let curved = limits.curved.min(limits.triangles / count.max(1) / 2);
         for (shape, placements) in &by_shape {
             let detail = Detail { curved, most: builder.room.triangles };
             builder.shape(&scene.tessellate(*shape, &detail), scene.shape_materials(*shape), placements);

@@ -151,6 +151,6 @@ fn memory_is_bounded_and_what_is_missing_is_said() {
     let note = mesh.note.unwrap();
     assert!(note.contains("1 with a part") && note.contains("not at all"), "{note}");
     // Nothing at all is a picture too.
-    let mesh = within(&Limits { triangles: 0, vertices: 0, texture_bytes: 0 });
+    let mesh = within(&Limits { triangles: 0, vertices: 0, curved: 0, texture_bytes: 0 });
     assert!(mesh.triangles() == 0 && mesh.note.unwrap().contains("1001 not at all"));
 }

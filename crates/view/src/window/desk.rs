@@ -176,8 +176,8 @@ impl Desk {
     pub fn edges(&mut self) -> Option<&GpuEdges> {
         let (gpu, stage) = (self.gpu.as_ref()?, self.stage.as_mut()?);
         if stage.edges.is_none() && stage.finding.is_none() {
-            let (gpu, preview) = (gpu.clone(), stage.session.preview().clone());
-            let find = move || GpuEdges::new(&gpu, &preview);
+            let (gpu, scene) = (gpu.clone(), stage.session.scene().clone());
+            let find = move || GpuEdges::new(&gpu, &scene);
             stage.finding = Some(Task::start("edges", find, self.wake.clone()));
         }
         stage.edges.as_ref()

@@ -86,10 +86,16 @@ fn progress(ui: &mut Ui, viewer: &Viewer, shown: &Shown<'_>) {
         Mode::Rendered(figures) => ("image", Some(figures)),
     };
     let word = if viewer.loading().is_some() { "loading" } else { word };
-    let part = figures.map_or(0.0, |f| (f.spp / f64::from(f.target.max(1))) as f32);
-    let text =
-        figures.map_or(word.to_owned(), |f| format!("{word}: {:.0} of {} spp", f.spp.floor(), f.target));
-    ui.add(egui::ProgressBar::new(part).text(text));
+    let room = egui::vec2(ui.available_width(), ui.spacing().interact_size.y);
+    match figures {
+        Some(f) => {
+            let part = (f.spp / f64::from(f.target.max(1))) as f32;
+            let text = format!("{word}: {:.0} of {} spp", f.spp.floor(), f.target);
+            ui.add_sized(room, egui::ProgressBar::new(part).text(text))
+        }
+        // As high, so that nothing moves.
+        None => ui.add_sized(room, egui::Label::new(word)),
+    };
     ui.label(figures.map_or_else(String::new, |figures| rate(&figures)));
     if shown.saving {
         ui.label("saving …");

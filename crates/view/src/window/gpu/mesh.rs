@@ -2,8 +2,9 @@
 
 use super::Gpu;
 use super::frame::Block;
-use crate::preview::{Group, PreviewLight, PreviewMaterial, PreviewMesh, PreviewTexture};
+use crate::preview::{Group, Limits, PreviewLight, PreviewMaterial, PreviewMesh, PreviewTexture};
 use eframe::wgpu;
+use penombre::Scene;
 use penombre_math::color::{srgb_decode_u8, srgb_encode_u8};
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
@@ -25,6 +26,7 @@ pub struct GpuMesh {
 /// The edges of a scene, for wireframes.
 #[derive(Debug)]
 pub struct GpuEdges {
+    pub(super) vertices: wgpu::Buffer,
     pub(super) indices: wgpu::Buffer,
     pub(super) groups: Vec<Group>,
 }
@@ -51,10 +53,15 @@ impl GpuMesh {
 
 impl GpuEdges {
     /// Finds the edges and copies them to the card; takes a while for large scenes.
-    pub fn new(gpu: &Gpu, mesh: &PreviewMesh) -> Self {
+    pub fn new(gpu: &Gpu, scene: &Scene) -> Self {
+        let mesh = PreviewMesh::new(scene, &Limits::wireframe());
         let edges = mesh.edges();
         let bytes: Vec<u8> = edges.indices.iter().flat_map(|i| i.to_le_bytes()).collect();
-        Self { indices: gpu.buffer("edges", &bytes, wgpu::BufferUsages::INDEX), groups: edges.groups }
+        Self {
+            vertices: gpu.buffer("ends", &mesh.vertex_bytes(), wgpu::BufferUsages::VERTEX),
+            indices: gpu.buffer("edges", &bytes, wgpu::BufferUsages::INDEX),
+            groups: edges.groups,
+        }
     }
 }
 

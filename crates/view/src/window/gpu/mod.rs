@@ -86,13 +86,13 @@ impl Gpu {
                 let uniforms = frame::uniforms(camera, aspect, &mesh.lights, look);
                 self.queue.write_buffer(&self.pipelines.frame, 0, &uniforms);
                 let lines = edges.filter(|_| look.wireframe);
-                let (pipeline, indices, groups) = match lines {
-                    Some(edges) => (&self.pipelines.lines, &edges.indices, &edges.groups),
-                    None => (&self.pipelines.surfaces, &mesh.indices, &mesh.groups),
+                let (pipeline, vertices, indices, groups) = match lines {
+                    Some(edges) => (&self.pipelines.lines, &edges.vertices, &edges.indices, &edges.groups),
+                    None => (&self.pipelines.surfaces, &mesh.vertices, &mesh.indices, &mesh.groups),
                 };
                 pass.set_pipeline(pipeline);
                 pass.set_bind_group(0, &self.pipelines.frame_group, &[]);
-                pass.set_vertex_buffer(0, mesh.vertices.slice(..));
+                pass.set_vertex_buffer(0, vertices.slice(..));
                 pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
                 for group in groups {
                     pass.set_bind_group(1, &mesh.materials[group.material as usize], &[]);
