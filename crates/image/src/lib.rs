@@ -20,4 +20,4 @@ pub use format::Format;
 pub use heatmap::heatmap;
 pub use image::Image;
 pub use io::{ColorSpace, Decoded, MAX_PIXELS, WriteOptions, decode, encode, load, panic_is_contained, save};
-pub use tone::{ToneCurve, UnknownName, quantise};
+pub use tone::{ToneCurve, UnknownName, quantise, quantise_rgba};

@@ -73,6 +73,18 @@ pub fn quantise(image: &Image, tone: ToneCurve, exposure: f32) -> Vec<u8> {
     image.rgb_pixels().flatten().map(|c| quantiser.byte(gain * c)).collect()
 }
 
+/// The same with a fourth byte, 255, behind each pixel: what graphics cards take.
+#[must_use]
+pub fn quantise_rgba(image: &Image, tone: ToneCurve, exposure: f32) -> Vec<u8> {
+    let gain = float::exp2(exposure);
+    let quantiser = Quantiser::new(tone);
+    let pixel = |rgb: [f32; 3]| {
+        let [r, g, b] = rgb.map(|c| quantiser.byte(gain * c));
+        [r, g, b, 255]
+    };
+    image.rgb_pixels().flat_map(pixel).collect()
+}
+
 /// A curve as the values at which the next byte begins: the bytes of the formula without its power function.
 struct Quantiser {
     /// The smallest value of each byte.
@@ -184,6 +196,14 @@ mod tests {
                 assert_eq!(quantiser.byte(value), formula(value), "{tone} {value:e}");
             }
         }
+    }
+
+    #[test]
+    fn four_bytes_are_three_and_an_opaque_one() {
+        let image = Image::from_data(2, 1, 3, vec![0.1, 0.2, 0.3, 4.0, -5.0, f32::NAN]).unwrap();
+        let three = quantise(&image, ToneCurve::Srgb, 0.5);
+        let four = quantise_rgba(&image, ToneCurve::Srgb, 0.5);
+        assert_eq!(four, [&three[..3], &[255], &three[3..], &[255]].concat());
     }
 
     #[test]

@@ -82,7 +82,7 @@ impl App {
             viewer,
             desk: Desk::new(gpu.clone(), wake),
             canvas: Canvas::default(),
-            screen: Screen::new(gpu, state.cloned()),
+            screen: Screen::new(gpu),
             browser: None,
             say,
             marker: start.latency_marker.then(Marker::default),

@@ -43,6 +43,8 @@ pub fn run(start: Start, say: Say) -> Result<(), String> {
             surface: SurfaceConfig::LOW_LATENCY,
             ..Default::default()
         },
+        // The picture's bytes are to be shown as they are.
+        dithering: false,
         ..Default::default()
     };
     let shared: Rc<RefCell<Option<App>>> = Rc::default();

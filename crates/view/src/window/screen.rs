@@ -2,21 +2,19 @@
 //! something that it depends on has changed.
 
 use super::desk::Desk;
-use super::gpu::{Gpu, GpuMesh, Look, Target};
+use super::gpu::{Gpu, GpuImage, GpuMesh, Look, Picture, Target};
 use crate::camera::CourseCamera;
 use crate::progressive::Snapshot;
 use crate::state::Viewer;
-use eframe::egui::{self, Color32, TextureId};
-use eframe::egui_wgpu::RenderState;
-use eframe::wgpu;
-use penombre_image::{Image, ToneCurve, quantise};
+use eframe::egui;
+use penombre_image::{Image, ToneCurve, quantise_rgba};
 use std::sync::Arc;
 
 /// Textures of the picture.
+#[derive(Default)]
 pub struct Screen {
     gpu: Option<Gpu>,
-    state: Option<RenderState>,
-    target: Option<(Target, TextureId)>,
+    target: Option<(Target, Picture)>,
     /// What the target shows.
     drawn: Option<Drawn>,
     image: Option<Shown>,
@@ -34,16 +32,18 @@ struct Drawn {
 
 /// A rendered image on the card.
 struct Shown {
+    /// What it was made from.
     image: Arc<Image>,
     tone: ToneCurve,
     exposure: f32,
-    texture: egui::TextureHandle,
+    texture: GpuImage,
+    picture: Picture,
 }
 
 impl Screen {
-    /// An empty screen. Without a card, no preview is shown.
-    pub fn new(gpu: Option<Gpu>, state: Option<RenderState>) -> Self {
-        Self { gpu, state, target: None, drawn: None, image: None }
+    /// An empty screen. Without a card, nothing is shown.
+    pub fn new(gpu: Option<Gpu>) -> Self {
+        Self { gpu, ..Self::default() }
     }
 
     /// True if the processor does the card's work.
@@ -64,38 +64,43 @@ impl Screen {
             Arc::ptr_eq(&shown.image, &snapshot.image) && (shown.tone, shown.exposure) == (tone, exposure)
         });
         if !current {
-            self.upload(ui.ctx(), snapshot, tone, exposure);
+            self.image = self.uploaded(snapshot, tone, exposure);
         }
         if let Some(shown) = &self.image {
-            paint(ui, rect, shown.texture.id());
+            shown.picture.paint(ui, rect);
         }
     }
 
-    fn upload(&mut self, ctx: &egui::Context, snapshot: &Snapshot, tone: ToneCurve, exposure: f32) {
+    /// The image on the card, in the texture of the one before if that has the size.
+    fn uploaded(&mut self, snapshot: &Snapshot, tone: ToneCurve, exposure: f32) -> Option<Shown> {
+        let gpu = self.gpu.as_ref()?;
         let image = snapshot.image.clone();
-        let limit = self.gpu.as_ref().map_or(u32::MAX, Gpu::longest_edge);
         let size = [image.width(), image.height()];
-        if size.into_iter().any(|edge| edge == 0 || edge > limit) {
-            self.image = None;
-            return;
+        if size.into_iter().any(|edge| edge == 0 || edge > gpu.longest_edge()) {
+            return None;
         }
-        let pixels = egui::ColorImage::from_rgb(size.map(|v| v as usize), &quantise(&image, tone, exposure));
-        let texture = match self.image.take() {
-            Some(mut shown) => {
-                shown.texture.set(pixels, egui::TextureOptions::NEAREST);
-                shown.texture
+        let (texture, picture) = match self.image.take() {
+            Some(shown) if shown.texture.size() == size => (shown.texture, shown.picture),
+            _ => {
+                let texture = GpuImage::new(gpu, size);
+                let picture = gpu.picture(&texture.view());
+                (texture, picture)
             }
-            None => ctx.load_texture("image", pixels, egui::TextureOptions::NEAREST),
         };
-        self.image = Some(Shown { image, tone, exposure, texture });
+        texture.write(gpu, &quantise_rgba(&image, tone, exposure));
+        Some(Shown { image, tone, exposure, texture, picture })
     }
 
     /// Shows the preview, drawing it if it would look different.
     pub fn preview(&mut self, ui: &egui::Ui, rect: egui::Rect, desk: &mut Desk, viewer: &Viewer, look: Look) {
         let Some(gpu) = self.gpu.clone() else { return };
         let size = viewer.setup().size;
-        self.fit(&gpu, size);
-        let Some((target, texture)) = &self.target else { return };
+        if self.target.as_ref().is_none_or(|(target, _)| target.size() != size) {
+            let target = Target::new(&gpu, size);
+            let picture = gpu.picture(target.view());
+            (self.target, self.drawn) = (Some((target, picture)), None);
+        }
+        let Some((target, picture)) = &self.target else { return };
         let mesh = desk.mesh().cloned();
         let edges = if look.wireframe { desk.edges() } else { None };
         let drawn = Drawn { mesh, camera: *viewer.camera(), look, edges: edges.is_some() };
@@ -103,26 +108,7 @@ impl Screen {
             gpu.draw(target, drawn.mesh.as_deref().map(|mesh| (mesh, edges)), &drawn.camera, &look);
             self.drawn = Some(drawn);
         }
-        paint(ui, rect, *texture);
-    }
-
-    /// Makes the target as large as the picture.
-    fn fit(&mut self, gpu: &Gpu, size: [u32; 2]) {
-        let Some(state) = &self.state else { return };
-        if self.target.as_ref().is_some_and(|(target, _)| target.size() == size) {
-            return;
-        }
-        let target = Target::new(gpu, size);
-        let (device, filter) = (&state.device, wgpu::FilterMode::Nearest);
-        let mut renderer = state.renderer.write();
-        let id = match self.target.take() {
-            Some((_, id)) => {
-                renderer.update_egui_texture_from_wgpu_texture(device, target.view(), filter, id);
-                id
-            }
-            None => renderer.register_native_texture(device, target.view(), filter),
-        };
-        (self.target, self.drawn) = (Some((target, id)), None);
+        picture.paint(ui, rect);
     }
 }
 
@@ -135,9 +121,4 @@ impl Drawn {
         };
         mesh && (self.camera, self.look, self.edges) == (other.camera, other.look, other.edges)
     }
-}
-
-fn paint(ui: &egui::Ui, rect: egui::Rect, texture: TextureId) {
-    let whole = egui::Rect::from_min_max(egui::Pos2::ZERO, egui::pos2(1.0, 1.0));
-    ui.painter().image(texture, rect, whole, Color32::WHITE);
 }

@@ -7,6 +7,7 @@ use egui_kittest::wgpu::{create_render_state, default_wgpu_setup};
 const REQUIRED: &str = "PENOMBRE_WINDOW_TESTS";
 
 /// A card, in software where there is one; `None`, said loudly, where there is none at all.
+#[allow(clippy::print_stderr, reason = "what is not run must be said")]
 pub fn card() -> Option<RenderState> {
     let hook = std::panic::take_hook();
     std::panic::set_hook(Box::new(|_| ()));
@@ -16,7 +17,7 @@ pub fn card() -> Option<RenderState> {
     let required = std::env::var_os(REQUIRED).is_some_and(|v| v == "1");
     assert!(made.is_ok() || !required, "no graphics adapter, though {REQUIRED}=1 says that there is one");
     if made.is_err() {
-        println!(
+        eprintln!(
             "NOT RUN: tests of the window's drawing: no graphics adapter (Debian: apt-get install mesa-vulkan-drivers)"
         );
     }

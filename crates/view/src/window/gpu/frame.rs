@@ -27,8 +27,8 @@ pub struct Look {
     pub wireframe: bool,
 }
 
-/// The bytes of the shader's `Frame`, little endian. `aspect`: width of the picture by its height.
-pub fn uniforms(camera: &CourseCamera, aspect: f64, lights: &[PreviewLight], look: &Look) -> Vec<u8> {
+/// The bytes of the shader's `Frame`, little endian. `size`: of the picture, pixels.
+pub fn uniforms(camera: &CourseCamera, size: [u32; 2], lights: &[PreviewLight], look: &Look) -> Vec<u8> {
     let lights = &lights[..lights.len().min(LIGHTS)];
     let flag = |on: bool, bit: u32| if on { bit } else { 0 };
     let parallel = matches!(camera.lens(), Lens::Orthographic { .. });
@@ -39,8 +39,8 @@ pub fn uniforms(camera: &CourseCamera, aspect: f64, lights: &[PreviewLight], loo
     };
     let mut block = Block::default();
     block.matrix(&camera.view_matrix());
-    block.matrix(&camera.projection_matrix(aspect));
-    block.whole([lights.len() as u32, flags, 0, 0]);
+    block.matrix(&camera.projection_matrix(f64::from(size[0]) / f64::from(size[1])));
+    block.whole([lights.len() as u32, flags, size[0], size[1]]);
     block.real([strengths[0], strengths[1], float::exp2(look.exposure), 0.0]);
     block.real([0.0; 4]);
     let rotation = camera.rotation();
@@ -51,14 +51,12 @@ pub fn uniforms(camera: &CourseCamera, aspect: f64, lights: &[PreviewLight], loo
         let [r, g, b] = light.color;
         block.real([r, g, b, 0.0]);
     }
-    block.bytes.resize(size(), 0);
+    block.bytes.resize(BYTES, 0);
     block.bytes
 }
 
 /// Bytes of the block.
-pub const fn size() -> usize {
-    2 * 64 + 3 * 16 + LIGHTS * 32
-}
+pub const BYTES: usize = 2 * 64 + 3 * 16 + LIGHTS * 32;
 
 /// Sixteen bytes at a time, as uniform blocks are laid out.
 #[derive(Default)]
@@ -105,16 +103,16 @@ mod tests {
         let camera = CourseCamera::of_look_at(&look, &Bounds3::EMPTY);
         let light = PreviewLight { center: [0.0, 1.5, 0.0], color: [1.0, 0.5, 0.25] };
         let look = Look { flat: false, srgb: true, exposure: 1.0, wireframe: false };
-        let bytes = uniforms(&camera, 1.0, &[light; 100], &look);
-        assert_eq!(bytes.len(), size());
-        assert_eq!(bytes[128..136], [64, 0, 0, 0, SRGB as u8, 0, 0, 0]);
+        let bytes = uniforms(&camera, [7, 5], &[light; 100], &look);
+        assert_eq!(bytes.len(), BYTES);
+        assert_eq!(bytes[128..144], [64, 0, 0, 0, SRGB as u8, 0, 0, 0, 7, 0, 0, 0, 5, 0, 0, 0]);
         assert!((number(&bytes, 38) - 2.0).abs() < 1e-6);
         let first = (128 + 48) / 4;
         let found: Vec<f32> = (first..first + 7).map(|i| number(&bytes, i)).collect();
         for (found, expected) in found.iter().zip([0.0, 1.5, -6.1, 0.0, 1.0, 0.5, 0.25]) {
             assert!((found - expected).abs() < 1e-5, "{found} {expected}");
         }
-        let alone = uniforms(&camera, 1.0, &[], &look);
+        let alone = uniforms(&camera, [7, 5], &[], &look);
         assert!((number(&alone, 36) - 1.0).abs() < 1e-6);
     }
 }

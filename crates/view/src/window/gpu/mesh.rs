@@ -19,6 +19,8 @@ pub struct GpuMesh {
     pub(super) vertices: wgpu::Buffer,
     pub(super) indices: wgpu::Buffer,
     pub(super) groups: Vec<Group>,
+    /// For each material: whether its colour is the same everywhere.
+    pub(super) plain: Vec<bool>,
     pub(super) materials: Vec<wgpu::BindGroup>,
     pub(super) lights: Vec<PreviewLight>,
 }
@@ -41,7 +43,9 @@ impl GpuMesh {
             let own = material.texture.as_ref().map(|t| texture(gpu, t));
             material_group(gpu, &blocks, i as u64 * BLOCK_STRIDE, own.as_ref().unwrap_or(&white))
         };
+        let colored = mesh.vertices.iter().any(|v| v.color != [1.0; 4]);
         Self {
+            plain: mesh.materials.iter().map(|m| !colored && m.texture.is_none()).collect(),
             vertices: gpu.buffer("vertices", &mesh.vertex_bytes(), wgpu::BufferUsages::VERTEX),
             indices: gpu.buffer("indices", &mesh.index_bytes(), wgpu::BufferUsages::INDEX),
             groups: mesh.groups.clone(),

@@ -1,6 +1,8 @@
 //! The raster preview on the graphics card, drawn into a texture that is shown until something changes.
 
+mod blit;
 mod frame;
+mod image;
 mod mesh;
 mod pipeline;
 mod target;
@@ -10,7 +12,9 @@ use eframe::egui_wgpu::RenderState;
 use eframe::wgpu;
 use std::sync::Arc;
 
+pub use blit::Picture;
 pub use frame::Look;
+pub use image::GpuImage;
 pub use mesh::{GpuEdges, GpuMesh};
 pub use target::Target;
 
@@ -31,6 +35,7 @@ pub struct Gpu {
     material_layout: wgpu::BindGroupLayout,
     sampler: wgpu::Sampler,
     pipelines: Arc<pipeline::Pipelines>,
+    blit: Arc<blit::Blit>,
     samples: u32,
     software: bool,
 }
@@ -56,7 +61,17 @@ impl Gpu {
             ..Default::default()
         });
         let pipelines = Arc::new(pipeline::Pipelines::new(&device, &material_layout, samples));
-        Self { device, queue: state.queue.clone(), material_layout, sampler, pipelines, samples, software }
+        let blit = Arc::new(blit::Blit::new(&device, state.target_format));
+        Self {
+            device,
+            blit,
+            queue: state.queue.clone(),
+            material_layout,
+            sampler,
+            pipelines,
+            samples,
+            software,
+        }
     }
 
     /// True if the processor does the card's work.
@@ -82,19 +97,19 @@ impl Gpu {
         {
             let mut pass = target.begin(&mut encoder);
             if let Some((mesh, edges)) = scene {
-                let aspect = f64::from(target.size()[0]) / f64::from(target.size()[1]);
-                let uniforms = frame::uniforms(camera, aspect, &mesh.lights, look);
+                let uniforms = frame::uniforms(camera, target.size(), &mesh.lights, look);
                 self.queue.write_buffer(&self.pipelines.frame, 0, &uniforms);
                 let lines = edges.filter(|_| look.wireframe);
-                let (pipeline, vertices, indices, groups) = match lines {
+                let (pipelines, vertices, indices, groups) = match lines {
                     Some(edges) => (&self.pipelines.lines, &edges.vertices, &edges.indices, &edges.groups),
                     None => (&self.pipelines.surfaces, &mesh.vertices, &mesh.indices, &mesh.groups),
                 };
-                pass.set_pipeline(pipeline);
                 pass.set_bind_group(0, &self.pipelines.frame_group, &[]);
                 pass.set_vertex_buffer(0, vertices.slice(..));
                 pass.set_index_buffer(indices.slice(..), wgpu::IndexFormat::Uint32);
                 for group in groups {
+                    let plain = mesh.plain[group.material as usize];
+                    pass.set_pipeline(if plain { &pipelines.plain } else { &pipelines.full });
                     pass.set_bind_group(1, &mesh.materials[group.material as usize], &[]);
                     pass.draw_indexed(group.indices.clone(), 0, 0..1);
                 }

@@ -7,11 +7,20 @@ use eframe::wgpu;
 /// What draws a preview.
 #[derive(Debug)]
 pub struct Pipelines {
-    pub surfaces: wgpu::RenderPipeline,
-    pub lines: wgpu::RenderPipeline,
+    pub surfaces: Kinds,
+    pub lines: Kinds,
     /// The uniform block of the picture that is drawn.
     pub frame: wgpu::Buffer,
     pub frame_group: wgpu::BindGroup,
+}
+
+/// How a kind of primitive is drawn.
+#[derive(Debug)]
+pub struct Kinds {
+    /// In the material's colour.
+    pub plain: wgpu::RenderPipeline,
+    /// With textures and colours of vertices.
+    pub full: wgpu::RenderPipeline,
 }
 
 impl Pipelines {
@@ -19,11 +28,11 @@ impl Pipelines {
     pub fn new(device: &wgpu::Device, material_layout: &wgpu::BindGroupLayout, samples: u32) -> Self {
         let frame_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some("frame"),
-            entries: &[uniform(0, frame::size() as u64, wgpu::ShaderStages::VERTEX_FRAGMENT)],
+            entries: &[uniform(0, frame::BYTES as u64, wgpu::ShaderStages::VERTEX_FRAGMENT)],
         });
         let frame = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("frame"),
-            size: frame::size() as u64,
+            size: frame::BYTES as u64,
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
@@ -38,7 +47,10 @@ impl Pipelines {
             immediate_size: 0,
         });
         let shader = device.create_shader_module(wgpu::include_wgsl!("preview.wgsl"));
-        let with = |topology| pipeline(device, &layout, &shader, topology, samples);
+        let with = |topology| Kinds {
+            plain: pipeline(device, &layout, &shader, "plain", topology, samples),
+            full: pipeline(device, &layout, &shader, "full", topology, samples),
+        };
         Self {
             surfaces: with(wgpu::PrimitiveTopology::TriangleList),
             lines: with(wgpu::PrimitiveTopology::LineList),
@@ -86,6 +98,7 @@ fn pipeline(
     device: &wgpu::Device,
     layout: &wgpu::PipelineLayout,
     shader: &wgpu::ShaderModule,
+    kind: &str,
     topology: wgpu::PrimitiveTopology,
     samples: u32,
 ) -> wgpu::RenderPipeline {
@@ -100,7 +113,7 @@ fn pipeline(
         layout: Some(layout),
         vertex: wgpu::VertexState {
             module: shader,
-            entry_point: Some("vertex"),
+            entry_point: Some(&format!("vertex_{kind}")),
             compilation_options: Default::default(),
             buffers: &[Some(vertices)],
         },
@@ -116,7 +129,7 @@ fn pipeline(
         multisample: wgpu::MultisampleState { count: samples, ..Default::default() },
         fragment: Some(wgpu::FragmentState {
             module: shader,
-            entry_point: Some("fragment"),
+            entry_point: Some(&format!("fragment_{kind}")),
             compilation_options: Default::default(),
             targets: &[Some(COLOR.into())],
         }),

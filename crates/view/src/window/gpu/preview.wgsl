@@ -15,7 +15,7 @@ struct Light {
 struct Frame {
     view: mat4x4f,
     projection: mat4x4f,
-    // Number of lights, flags.
+    // Number of lights, flags, width and height of the picture in pixels.
     counts: vec4u,
     // Strength of the head light, factor of the lights, 2^exposure.
     strengths: vec4f,
@@ -35,29 +35,53 @@ struct Material {
 @group(1) @binding(1) var diffuse_texture: texture_2d<f32>;
 @group(1) @binding(2) var diffuse_sampler: sampler;
 
-struct Varying {
+// What goes from corners to pixels is little: software cards pay for each number in each triangle. Where a pixel lies
+// in eye space follows from its place on the screen.
+struct Plain {
     @builtin(position) clip: vec4f,
-    @location(0) eye: vec3f,
-    @location(1) normal: vec3f,
-    @location(2) uv: vec2f,
-    @location(3) color: vec4f,
+    @location(0) normal: vec3f,
+}
+
+struct Full {
+    @builtin(position) clip: vec4f,
+    @location(0) normal: vec3f,
+    @location(1) uv: vec2f,
+    @location(2) color: vec4f,
+}
+
+fn clip_position(position: vec3f) -> vec4f {
+    return frame.projection * (frame.view * vec4f(position, 1.0));
+}
+
+fn eye_normal(normal: vec3f) -> vec3f {
+    return (frame.view * vec4f(normal, 0.0)).xyz;
 }
 
 @vertex
-fn vertex(
+fn vertex_plain(@location(0) position: vec3f, @location(1) normal: vec3f) -> Plain {
+    return Plain(clip_position(position), eye_normal(normal));
+}
+
+@vertex
+fn vertex_full(
     @location(0) position: vec3f,
     @location(1) normal: vec3f,
     @location(2) uv: vec2f,
     @location(3) color: vec4f,
-) -> Varying {
-    var out: Varying;
-    let eye = frame.view * vec4f(position, 1.0);
-    out.clip = frame.projection * eye;
-    out.eye = eye.xyz;
-    out.normal = (frame.view * vec4f(normal, 0.0)).xyz;
-    out.uv = uv;
-    out.color = color;
-    return out;
+) -> Full {
+    return Full(clip_position(position), eye_normal(normal), uv, color);
+}
+
+// The point in eye space that a pixel shows.
+fn eye_position(pixel: vec4f) -> vec3f {
+    let size = vec2f(frame.counts.zw);
+    let ndc = vec2f(2.0, -2.0) * pixel.xy / size + vec2f(-1.0, 1.0);
+    let scale = vec2f(frame.projection[0][0], frame.projection[1][1]);
+    if ((frame.counts.y & ORTHOGRAPHIC) != 0u) {
+        return vec3f(ndc / scale, (pixel.z - frame.projection[3][2]) / frame.projection[2][2]);
+    }
+    let depth = 1.0 / pixel.w;
+    return vec3f(ndc / scale * depth, -depth);
 }
 
 fn srgb_encode(c: vec3f) -> vec3f {
@@ -71,23 +95,21 @@ fn encoded(linear: vec3f) -> vec4f {
     return vec4f(select(cut, srgb_encode(cut), (frame.counts.y & SRGB) != 0u), 1.0);
 }
 
-@fragment
-fn fragment(in: Varying) -> @location(0) vec4f {
-    let texel = textureSample(diffuse_texture, diffuse_sampler, in.uv).rgb;
-    let kd = material.diffuse.rgb * texel * in.color.rgb;
+fn shaded(pixel: vec4f, normal: vec3f, kd: vec3f) -> vec4f {
     if ((frame.counts.y & FLAT) != 0u) {
         return encoded(kd);
     }
-    let to_viewer = select(-in.eye, vec3f(0.0, 0.0, 1.0), (frame.counts.y & ORTHOGRAPHIC) != 0u);
+    let eye = eye_position(pixel);
+    let to_viewer = select(-eye, vec3f(0.0, 0.0, 1.0), (frame.counts.y & ORTHOGRAPHIC) != 0u);
     let v = normalize(to_viewer);
     // Two-sided: the normal on the viewer's side.
-    let n0 = normalize(in.normal);
+    let n0 = normalize(normal);
     let n = select(-n0, n0, dot(n0, v) >= 0.0);
     let ks = material.specular.rgb;
     let exponent = max(material.specular.w, 1e-3);
     var sum = material.ambient.rgb * frame.ambient.rgb + frame.strengths.x * kd * max(dot(n, v), 0.0);
     for (var i = 0u; i < min(frame.counts.x, LIGHTS); i++) {
-        let l = normalize(frame.lights[i].center.xyz - in.eye);
+        let l = normalize(frame.lights[i].center.xyz - eye);
         let cosine = dot(n, l);
         if (cosine > 0.0) {
             let r = 2.0 * cosine * n - l;
@@ -96,4 +118,15 @@ fn fragment(in: Varying) -> @location(0) vec4f {
         }
     }
     return encoded(sum);
+}
+
+@fragment
+fn fragment_plain(in: Plain) -> @location(0) vec4f {
+    return shaded(in.clip, in.normal, material.diffuse.rgb);
+}
+
+@fragment
+fn fragment_full(in: Full) -> @location(0) vec4f {
+    let texel = textureSample(diffuse_texture, diffuse_sampler, in.uv).rgb;
+    return shaded(in.clip, in.normal, material.diffuse.rgb * texel * in.color.rgb);
 }
