@@ -37,14 +37,15 @@ fn expected(p: DVec3, v: DVec3) -> [f64; 3] {
 fn compare(lens: &str, at: impl Fn(DVec2) -> (DVec3, DVec3)) {
     let Some(state) = common::card() else { return };
     let gpu = Gpu::with_samples(&state, 1);
-    let folder = tempfile::tempdir().unwrap();
+    let folder = tempfile::tempdir().expect("a folder for temporary files");
     let path = folder.path().join("wall.toml");
-    std::fs::write(&path, scene(lens)).unwrap();
-    let session = Session::load(&Source::file(&path).unwrap(), Some(SIZE), &Limits::default()).unwrap();
+    std::fs::write(&path, scene(lens)).expect("a new file");
+    let source = Source::file(&path).expect("a name in Unicode");
+    let session = Session::load(&source, Some(SIZE), &Limits::default()).expect("a sound scene");
     let (target, mesh) = (Target::new(&gpu, SIZE), GpuMesh::new(&gpu, session.preview()));
     let look = Look { flat: false, srgb: false, exposure: 0.0, wireframe: false };
     gpu.draw(&target, Some((&mesh, None)), &session.start_camera(), &look);
-    let pixels = target.read(&gpu).unwrap();
+    let pixels = target.read(&gpu).expect("the card gives the picture back");
     for (i, found) in pixels.chunks_exact(4).enumerate() {
         let (x, y) = ((i as u32 % SIZE[0]) as f64 + 0.5, (i as u32 / SIZE[0]) as f64 + 0.5);
         let place = DVec2::new(2.0 * x / f64::from(SIZE[0]) - 1.0, 1.0 - 2.0 * y / f64::from(SIZE[1]));
