@@ -3,6 +3,7 @@
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a command talks to a person")]
 
 use clap::Parser;
+use penombre::render::RenderSettings;
 use penombre_view::session::Source;
 use penombre_view::window::{self, Start};
 use std::path::PathBuf;
@@ -23,7 +24,7 @@ struct Args {
     #[arg(long, value_name = "DIR")]
     asset_root: Vec<PathBuf>,
     /// Width and height of the picture, pixels; default: what the scene says.
-    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    #[arg(long, value_name = "WxH", value_parser = RenderSettings::parse_size)]
     size: Option<[u32; 2]>,
     /// Render whenever the camera rests.
     #[arg(long)]
@@ -63,13 +64,4 @@ fn main() -> ExitCode {
 fn text(panic: &(dyn std::any::Any + Send)) -> &str {
     let owned = panic.downcast_ref::<String>().map(String::as_str);
     owned.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("for no stated reason")
-}
-
-fn parse_size(text: &str) -> Result<[u32; 2], String> {
-    let parts = text.split_once(['x', 'X', '×']).ok_or("expected WIDTHxHEIGHT, for example 640x480")?;
-    let edge = |s: &str| match s.trim().parse::<u32>() {
-        Ok(v @ 1..=65536) => Ok(v),
-        _ => Err(format!("found `{s}`, expected a whole number of pixels from 1 to 65536")),
-    };
-    Ok([edge(parts.0)?, edge(parts.1)?])
 }

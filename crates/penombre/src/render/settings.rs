@@ -82,6 +82,20 @@ impl RenderSettings {
         ),
     ];
 
+    /// A size as people type it, `WIDTHxHEIGHT`, within the range that scene files have.
+    ///
+    /// # Errors
+    ///
+    /// What was found and expected, for a person.
+    pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
+        let parts = text.split_once(['x', 'X', '×']).ok_or("expected WIDTHxHEIGHT, for example 640x480")?;
+        let edge = |s: &str| match s.trim().parse::<u32>() {
+            Ok(v) if v >= 1 && f64::from(v) <= MOST_PIXELS => Ok(v),
+            _ => Err(format!("found `{s}`, expected a whole number of pixels from 1 to {MOST_PIXELS}")),
+        };
+        Ok([edge(parts.0)?, edge(parts.1)?])
+    }
+
     /// Decodes the `[render]` node, or takes the defaults if there is none.
     pub fn build(context: &mut Context<'_, '_>) -> Self {
         let default = penombre_scene::Node::new(Role::Render, "render", "");
@@ -99,6 +113,20 @@ impl RenderSettings {
             sampler: SamplerKind::from_name(p.choice("sampler")),
             camera: p.reference("camera").map_or(0, |id| context.position(id)),
             pixel_jitter: p.bool("pixel_jitter"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_are_read_strictly() {
+        assert_eq!(RenderSettings::parse_size("640x480"), Ok([640, 480]));
+        assert_eq!(RenderSettings::parse_size("65536X1"), Ok([65536, 1]));
+        for bad in ["640", "0x5", "x", "5x-3", "70000x2", "1e9x1"] {
+            assert!(RenderSettings::parse_size(bad).is_err(), "{bad}");
         }
     }
 }
