@@ -309,3 +309,38 @@ fn full_screen_shows_the_picture_alone() {
     window.harness.run_steps(2);
     assert!(window.harness.query_by_label("Render").is_some());
 }
+
+/// A file as the window system drops it.
+#[derive(Debug)]
+struct Dropped(std::path::PathBuf);
+
+impl egui::DroppedFile for Dropped {
+    fn path(&self) -> &Path {
+        &self.0
+    }
+
+    fn bytes(&self) -> Result<Vec<u8>, String> {
+        std::fs::read(&self.0).map_err(|e| e.to_string())
+    }
+}
+
+/// What was loaded is rendered though its file is gone; opened again, the loss is told.
+#[test]
+fn a_dropped_file_may_vanish() {
+    let Some(mut window) = Window::showing("square") else { return };
+    let path = folder().join("dropped.obj");
+    std::fs::write(&path, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
+    let drop = |window: &mut Window| {
+        window.harness.input_mut().dropped_files.push(std::sync::Arc::new(Dropped(path.clone())));
+        window.harness.step();
+    };
+    drop(&mut window);
+    let shown = Source::file(&path).unwrap();
+    window.until("the dropped file is shown", |app| app.viewer().source() == Some(&shown));
+    std::fs::remove_file(&path).unwrap();
+    window.press("r");
+    window.until("the image is complete", |app| matches!(app.viewer().mode(), Mode::Rendered(_)));
+    drop(&mut window);
+    window.until("the loss is told", |app| app.viewer().message().is_some_and(|m| m.contains("dropped.obj")));
+    assert_eq!(window.harness.state().viewer().source(), Some(&shown));
+}
