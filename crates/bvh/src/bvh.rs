@@ -30,6 +30,8 @@ pub(crate) struct Tree {
     pub(crate) disks: Vec<DiskRecord>,
     pub(crate) instances: Vec<InstanceRecord>,
     pub(crate) bounds: Bounds3,
+    /// Nodes on the longest way down.
+    pub(crate) depth: usize,
     /// By how much hits may lie beside their boxes, as a share of the distance to the farthest corner.
     pub(crate) aside: f32,
     /// So few primitives that rays test all of them and leave the nodes alone.
@@ -136,10 +138,10 @@ impl Bvh {
         self.tree.aside
     }
 
-    /// The same hierarchy without vector instructions beyond the baseline.
+    /// The same hierarchy on each kind of processor that this one can stand for.
     #[cfg(test)]
-    pub(crate) fn portable(&self) -> Self {
-        Self { kernel: Kernel::PORTABLE, tree: self.tree.clone(), stats: self.stats }
+    pub(crate) fn on_all_kernels(&self) -> impl Iterator<Item = Self> {
+        Kernel::all().into_iter().map(|kernel| Self { kernel, tree: self.tree.clone(), stats: self.stats })
     }
 
     /// The same hierarchy, using its nodes however few primitives there are.

@@ -52,7 +52,7 @@ fn closest_of<const N: usize, V: Lanes<N>>(tree: &Tree, rays: &[Ray; N]) -> [Hit
     let (line, sane) = Line::<V>::new(rays);
     let limits = line.t_max.store();
     let mut search =
-        Search { line, sane, queries: rays.each_ref().map(|ray| Closest::new(ray.t_max)), limits };
+        Search { line, sane, queries: rays.each_ref().map(|ray| Closest::until(ray.t_max)), limits };
     for sphere in &tree.spheres {
         search.take(&sphere.meet(&search.line), sphere.key);
     }

@@ -29,13 +29,51 @@ pub(crate) trait Lanes<const N: usize>:
     fn at_most(self, other: Self) -> u32;
 }
 
+/// Eight numbers in single precision. What has no other word to it is IEEE: the same bits on every processor.
+pub(crate) trait Eight: Copy {
+    fn splat(x: f32) -> Self;
+    fn load(from: &[f32; 8]) -> Self;
+    /// Numbers by their bits.
+    fn load_bits(from: &[u32; 8]) -> Self;
+    fn minus(self, other: Self) -> Self;
+    fn times(self, other: Self) -> Self;
+    /// `self · factor − less`, rounded once or twice as the processor likes: for bounds only.
+    fn about_mul_sub(self, factor: Self, less: Self) -> Self;
+    /// With the other sign.
+    fn opposite(self) -> Self;
+    /// The smaller one; `other` if either is NaN.
+    fn smaller(self, other: Self) -> Self;
+    /// The larger one; `other` if either is NaN.
+    fn larger(self, other: Self) -> Self;
+    /// A bit for each lane: not greater, also where either is NaN.
+    fn not_above(self, other: Self) -> u32;
+    /// A bit for each lane: `self < 0 < other`.
+    fn around_zero(self, other: Self) -> u32;
+}
+
 /// A processor's ways to compute several numbers at once.
 pub(crate) trait Machine {
     /// Four in double precision.
     type Four: Lanes<4>;
+    /// Eight in single precision.
+    type Eight: Eight;
 
-    /// The top bits of eight words.
-    fn top_bits(words: &[u32; 8]) -> u32;
+    /// Writes the words and numbers of the lanes in `mask` one after the other, in the order of `order` (lanes of three
+    /// bits each, the first lowest). What lies behind them is overwritten with anything.
+    fn arrange(
+        mask: u32,
+        order: u32,
+        words: &[u32; 8],
+        numbers: Self::Eight,
+        words_to: &mut [u32; 8],
+        numbers_to: &mut [f32; 8],
+    );
+
+    /// Writes the words of the lanes in `mask` one after the other. What lies behind them is overwritten with anything.
+    fn compress(mask: u32, words: &[u32; 8], to: &mut [u32; 8]);
+
+    /// Says that something will be read soon.
+    fn prefetch<T>(at: &T);
 }
 
 /// Any processor.
@@ -43,10 +81,111 @@ pub(crate) struct Baseline;
 
 impl Machine for Baseline {
     type Four = Plain;
+    type Eight = PlainEight;
 
     #[inline(always)]
-    fn top_bits(words: &[u32; 8]) -> u32 {
-        (0..8).fold(0, |bits, i| bits | (words[i] >> 31) << i)
+    fn arrange(
+        mask: u32,
+        order: u32,
+        words: &[u32; 8],
+        numbers: PlainEight,
+        words_to: &mut [u32; 8],
+        numbers_to: &mut [f32; 8],
+    ) {
+        let mut count = 0;
+        for place in 0..8 {
+            let lane = (order >> (3 * place) & 7) as usize;
+            if mask >> lane & 1 == 1 {
+                (words_to[count % 8], numbers_to[count % 8]) = (words[lane], numbers.0[lane]);
+                count += 1;
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn compress(mask: u32, words: &[u32; 8], to: &mut [u32; 8]) {
+        let (mut rest, mut count) = (mask, 0);
+        while rest != 0 {
+            to[count % 8] = words[rest.trailing_zeros() as usize % 8];
+            rest &= rest - 1;
+            count += 1;
+        }
+    }
+
+    #[inline(always)]
+    fn prefetch<T>(_: &T) {}
+}
+
+/// Eight numbers on any processor.
+#[derive(Clone, Copy)]
+pub(crate) struct PlainEight(pub(crate) [f32; 8]);
+
+impl PlainEight {
+    #[inline(always)]
+    fn each(self, other: Self, operation: impl Fn(f32, f32) -> f32) -> Self {
+        Self(array::from_fn(|i| operation(self.0[i], other.0[i])))
+    }
+
+    #[inline(always)]
+    fn bits(self, other: Self, comparison: impl Fn(f32, f32) -> bool) -> u32 {
+        (0..8).fold(0, |bits, i| bits | u32::from(comparison(self.0[i], other.0[i])) << i)
+    }
+}
+
+impl Eight for PlainEight {
+    #[inline(always)]
+    fn splat(x: f32) -> Self {
+        Self([x; 8])
+    }
+
+    #[inline(always)]
+    fn load(from: &[f32; 8]) -> Self {
+        Self(*from)
+    }
+
+    #[inline(always)]
+    fn load_bits(from: &[u32; 8]) -> Self {
+        Self(from.map(f32::from_bits))
+    }
+
+    #[inline(always)]
+    fn minus(self, other: Self) -> Self {
+        self.each(other, |a, b| a - b)
+    }
+
+    #[inline(always)]
+    fn times(self, other: Self) -> Self {
+        self.each(other, |a, b| a * b)
+    }
+
+    #[inline(always)]
+    fn about_mul_sub(self, factor: Self, less: Self) -> Self {
+        self.times(factor).minus(less)
+    }
+
+    #[inline(always)]
+    fn opposite(self) -> Self {
+        Self(self.0.map(|x| -x))
+    }
+
+    #[inline(always)]
+    fn smaller(self, other: Self) -> Self {
+        self.each(other, |a, b| if a < b { a } else { b })
+    }
+
+    #[inline(always)]
+    fn larger(self, other: Self) -> Self {
+        self.each(other, |a, b| if a > b { a } else { b })
+    }
+
+    #[inline(always)]
+    fn not_above(self, other: Self) -> u32 {
+        !self.bits(other, |a, b| a > b) & 0xff
+    }
+
+    #[inline(always)]
+    fn around_zero(self, other: Self) -> u32 {
+        self.bits(other, |a, b| a < 0.0 && b > 0.0)
     }
 }
 

@@ -9,7 +9,8 @@
 //!   coordinate relative to the origin by a factor 1 ± 2u, and by 4u·|S·z| for the shear
 //!   ([`crate::primitive`]). Divided by the direction that is 2u·|t| + 4u·T; planes with |t| beyond 2T decide
 //!   nothing.
-//! * The plane distances of the box carry 3 roundings (\[Ize2013\]), 3u·|t|.
+//! * The plane distances of the box carry 3 roundings (\[Ize2013\]), 3u·|t|, and roundings of the origin's share of
+//!   them, which are taken off beforehand (see [`BoxRay`]).
 //! * Spheres lose half of the double precision digits where a ray grazes them: below 3u·T.
 //! * The distance is rounded to `f32`: u·T.
 //!
@@ -18,7 +19,7 @@
 //! corner: that is taken off in space (see [`BoxRay`]), since a ray along a plane has no distance to it. NaN
 //! (a plane through the origin along the ray, or overflow) never rejects a box.
 
-use crate::lanes::Machine;
+use crate::lanes::{Eight, Machine};
 use crate::prepared::PreparedRay;
 use penombre_math::{Bounds3, Vec3};
 
@@ -34,11 +35,13 @@ pub(crate) enum Kind {
     Quad,
     Disk,
     Instance,
+    /// The way back from an instance.
+    Return,
 }
 
 /// Kind and index in the array of that kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct ChildRef(u32);
+pub(crate) struct ChildRef(pub(crate) u32);
 
 impl ChildRef {
     const INDEX_BITS: u32 = 29;
@@ -51,6 +54,14 @@ impl ChildRef {
         Self(((kind as u32) << Self::INDEX_BITS) | index as u32)
     }
 
+    /// The way back from an instance.
+    pub(crate) const RETURN: Self = Self((Kind::Return as u32) << Self::INDEX_BITS);
+
+    #[inline(always)]
+    pub(crate) fn is_node(self) -> bool {
+        self.0 < 1 << Self::INDEX_BITS
+    }
+
     #[inline(always)]
     pub(crate) fn kind(self) -> Kind {
         match self.0 >> Self::INDEX_BITS {
@@ -59,7 +70,8 @@ impl ChildRef {
             2 => Kind::Sphere,
             3 => Kind::Quad,
             4 => Kind::Disk,
-            _ => Kind::Instance,
+            5 => Kind::Instance,
+            _ => Kind::Return,
         }
     }
 
@@ -69,71 +81,93 @@ impl ChildRef {
     }
 }
 
-/// Up to eight children and their boxes, one row per plane.
+/// Up to eight children and their boxes: eight rows of eight words. Rows 0 to 5 are the planes min x, y, z, max x, y, z
+/// as bits of `f32`, row 6 the references, row 7 for each octant of directions the lanes from far to near, three bits
+/// each, and above them a bit for each lane in use.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(crate) struct Node {
-    /// Rows: min x, y, z, max x, y, z.
-    planes: [[f32; WIDTH]; 6],
-    children: [ChildRef; WIDTH],
-    count: u32,
+    rows: [[u32; WIDTH]; 8],
 }
 
-/// The children that a ray may hit, as bits, and where it enters each.
-pub(crate) struct Crossing {
-    pub(crate) mask: u32,
-    pub(crate) entry: [f32; WIDTH],
-}
+/// Row of the references.
+const CHILDREN: usize = 6;
+/// Row of the orders.
+const ORDERS: usize = 7;
+/// Bits of an order word below the lanes in use.
+const LANES_FROM: u32 = 24;
 
 impl Node {
-    pub(crate) const EMPTY: Self =
-        Self { planes: [[0.0; WIDTH]; 6], children: [ChildRef::ROOT; WIDTH], count: 0 };
+    pub(crate) const EMPTY: Self = Self { rows: [[0; WIDTH]; 8] };
 
-    /// Adds a child. The caller adds eight at most.
-    pub(crate) fn push(&mut self, bounds: &Bounds3, child: ChildRef) {
-        let lane = self.count as usize;
-        for axis in 0..3 {
-            self.planes[axis][lane] = bounds.min[axis];
-            self.planes[axis + 3][lane] = bounds.max[axis];
-        }
-        self.children[lane] = child;
-        self.count += 1;
-    }
-
-    #[inline(always)]
-    pub(crate) fn child(&self, lane: usize) -> ChildRef {
-        self.children[lane]
-    }
-
-    /// Tests all boxes. `limit` is the best distance so far in the units of the box ray. With `SPREAD` the
-    /// spatial allowance is taken per box, else it is in the ray already.
-    #[inline(always)]
-    pub(crate) fn cross<M: Machine, const SPREAD: bool>(&self, ray: &BoxRay, limit: f32) -> Crossing {
-        let near: [&[f32; WIDTH]; 3] = std::array::from_fn(|k| &self.planes[ray.near_rows[k]]);
-        let far: [&[f32; WIDTH]; 3] = std::array::from_fn(|k| &self.planes[ray.far_rows[k]]);
-        let mut entry = [0.0; WIDTH];
-        let mut inside = [0u32; WIDTH];
-        for lane in 0..WIDTH {
-            let mut to_near: [f32; 3] = std::array::from_fn(|k| near[k][lane] - ray.near_origin[k]);
-            let mut to_far: [f32; 3] = std::array::from_fn(|k| far[k][lane] - ray.far_origin[k]);
-            if SPREAD {
-                let reach = (0..3).fold(0.0, |r, k| larger(to_near[k].abs(), larger(to_far[k].abs(), r)));
-                let aside = reach * ray.aside;
-                for k in 0..3 {
-                    to_near[k] -= ray.sign[k] * aside;
-                    to_far[k] += ray.sign[k] * aside;
-                }
+    /// A node of eight children at most.
+    pub(crate) fn new(children: &[(Bounds3, ChildRef)]) -> Self {
+        let mut node = Self::EMPTY;
+        for (lane, (bounds, child)) in children.iter().enumerate() {
+            for axis in 0..3 {
+                node.rows[axis][lane] = bounds.min[axis].to_bits();
+                node.rows[axis + 3][lane] = bounds.max[axis].to_bits();
             }
-            let t0: [f32; 3] = std::array::from_fn(|k| to_near[k] * ray.inverse[k]);
-            let t1: [f32; 3] = std::array::from_fn(|k| to_far[k] * ray.inverse[k]);
-            let pad = larger(-t0[2], t1[2]) * RELATIVE_PAD + ray.pad;
-            let enter = larger(t0[0], larger(t0[1], t0[2])) - pad;
-            let leave = smaller(t1[0], smaller(t1[1], t1[2])) + pad;
-            entry[lane] = larger(enter, ray.t_min);
-            inside[lane] = if entry[lane] <= smaller(leave, limit) { u32::MAX } else { 0 };
+            node.rows[CHILDREN][lane] = child.0;
         }
-        Crossing { mask: M::top_bits(&inside) & ((1 << self.count) - 1), entry }
+        node.rows[ORDERS] = std::array::from_fn(|octant| order(children, octant));
+        node
     }
+
+    /// The child's reference as it lies in the row of references.
+    #[inline(always)]
+    pub(crate) fn child(&self, lane: u32) -> ChildRef {
+        ChildRef(self.rows[CHILDREN][lane as usize % WIDTH])
+    }
+
+    /// All references.
+    #[inline(always)]
+    pub(crate) fn children(&self) -> &[u32; WIDTH] {
+        &self.rows[CHILDREN]
+    }
+
+    /// The lanes from far to near for a ray of that octant, three bits each.
+    #[inline(always)]
+    pub(crate) fn order(&self, octant: usize) -> u32 {
+        self.rows[ORDERS][octant % WIDTH]
+    }
+
+    /// Tests all boxes: those that the ray may hit as bits, and where it enters each. `limit` is the best distance so
+    /// far in the units of the box ray.
+    #[inline(always)]
+    pub(crate) fn cross<M: Machine>(&self, ray: &BoxRay, limit: f32) -> (u32, M::Eight) {
+        let row = |row: usize| M::Eight::load_bits(&self.rows[row % 8]);
+        let splat = M::Eight::splat;
+        let [ix, iy, iz] = ray.inverse.map(splat);
+        let x0 = row(ray.near_rows[0]).about_mul_sub(ix, splat(ray.near[0]));
+        let y0 = row(ray.near_rows[1]).about_mul_sub(iy, splat(ray.near[1]));
+        let z0 = row(ray.near_rows[2]).about_mul_sub(iz, splat(ray.near[2]));
+        let x1 = row(ray.far_rows[0]).about_mul_sub(ix, splat(ray.far[0]));
+        let y1 = row(ray.far_rows[1]).about_mul_sub(iy, splat(ray.far[1]));
+        let z1 = row(ray.far_rows[2]).about_mul_sub(iz, splat(ray.far[2]));
+        // Where one number is NaN, the second of two is taken: the one that is a number.
+        let enter = x0.larger(y0).larger(z0.larger(splat(ray.t_min)));
+        let leave = x1.smaller(y1).smaller(z1.smaller(splat(limit)));
+        // Twice the allowance, taken off the entry alone.
+        let reach = z0.opposite().larger(z1);
+        let entry = reach.opposite().about_mul_sub(splat(2.0 * RELATIVE_PAD), enter.opposite());
+        let used = self.rows[ORDERS][0] >> LANES_FROM;
+        (entry.not_above(leave) & used, entry)
+    }
+}
+
+/// Lanes by the place of their boxes along the diagonal of an octant, the farthest first; and the lanes in use.
+fn order(children: &[(Bounds3, ChildRef)], octant: usize) -> u32 {
+    let place = |(bounds, _): &(Bounds3, ChildRef)| -> f64 {
+        let sum = bounds.min.as_dvec3() + bounds.max.as_dvec3();
+        (0..3).map(|axis| if octant >> axis & 1 == 0 { sum[axis] } else { -sum[axis] }).sum()
+    };
+    let mut lanes: Vec<usize> = (0..children.len()).collect();
+    lanes.sort_by(|&a, &b| place(&children[b]).total_cmp(&place(&children[a])).then(a.cmp(&b)));
+    // Unused lanes come last; they are in no mask.
+    lanes.extend(children.len()..WIDTH);
+    let order = lanes.iter().enumerate().fold(0, |word, (i, &lane)| word | (lane as u32) << (3 * i));
+    order | ((1u32 << children.len()) - 1) << LANES_FROM
 }
 
 /// 16 unit roundoffs; see the module's comment.
@@ -145,58 +179,65 @@ fn larger(a: f32, b: f32) -> f32 {
     if a > b { a } else { b }
 }
 
-/// The smaller one; `b` if either is NaN. One instruction.
-#[inline(always)]
-fn smaller(a: f32, b: f32) -> f32 {
-    if a < b { a } else { b }
-}
-
-/// A ray as boxes want it: main axis last, direction scaled by a power of two to a moderate length.
+/// A ray as boxes want it: main axis last, direction scaled by a power of two to a moderate length. A plane at p is
+/// met at about p·inverse − near.
+#[derive(Clone, Copy)]
 pub(crate) struct BoxRay {
     near_rows: [usize; 3],
     far_rows: [usize; 3],
-    /// The origin moved forward along each axis by the spatial allowance for near planes …
-    near_origin: [f32; 3],
-    /// … and backward for far planes.
-    far_origin: [f32; 3],
+    /// Origin times inverse for near planes: with all allowances, the plane is met earlier …
+    near: [f32; 3],
+    /// … and for far planes, met later.
+    far: [f32; 3],
     inverse: [f32; 3],
-    /// Sign of the direction per axis.
-    sign: [f32; 3],
-    /// Spatial allowance as a share of the distance to the farthest corner.
-    aside: f32,
-    /// Allowance for underflow.
-    pad: f32,
-    pub(crate) t_min: f32,
+    t_min: f32,
     scale: f32,
+    /// A bit for each axis, x first, along which the ray goes backward.
+    pub(crate) octant: usize,
 }
 
 impl BoxRay {
     /// `aside` is the allowance for points moved aside, as a share of the distance to the farthest corner of
-    /// a box; with `SPREAD` each box takes its own distance, else that to the corners of `bounds` goes for
-    /// all.
+    /// `bounds`.
     #[inline(always)]
-    pub(crate) fn new<const SPREAD: bool>(ray: &PreparedRay, bounds: &Bounds3, aside: f32) -> Self {
-        let shift = if SPREAD || aside == 0.0 { 0.0 } else { farthest(ray.origin, bounds) * aside };
-        let negative: [bool; 3] = std::array::from_fn(|k| ray.scaled_dir[ray.axes[k]] < 0.0);
-        let sign = negative.map(|n| if n { -1.0 } else { 1.0 });
-        let inverse = std::array::from_fn(|k| {
-            let d = ray.scaled_dir[ray.axes[k]];
-            // Also for −0: the sign must fit the rows.
-            if d == 0.0 { f32::INFINITY } else { 1.0 / d }
-        });
-        let origin: [f32; 3] = std::array::from_fn(|k| ray.origin[ray.axes[k]]);
-        Self {
-            near_rows: std::array::from_fn(|k| ray.axes[k] + if negative[k] { 3 } else { 0 }),
-            far_rows: std::array::from_fn(|k| ray.axes[k] + if negative[k] { 0 } else { 3 }),
-            near_origin: std::array::from_fn(|k| origin[k] + sign[k] * shift),
-            far_origin: std::array::from_fn(|k| origin[k] - sign[k] * shift),
-            inverse,
-            sign,
-            aside,
-            pad: UNDERFLOW * inverse[2].abs(),
-            t_min: ray.t_min * ray.box_scale - f32::MIN_POSITIVE,
+    pub(crate) fn new(ray: &PreparedRay, bounds: &Bounds3, aside: f32) -> Self {
+        let far = farthest(ray.origin, bounds);
+        let shift = far * aside;
+        let mut built = Self {
+            near_rows: ray.axes,
+            far_rows: ray.axes,
+            near: [0.0; 3],
+            far: [0.0; 3],
+            inverse: [0.0; 3],
+            t_min: 0.0,
             scale: ray.box_scale,
+            octant: 0,
+        };
+        for k in 0..3 {
+            let (d, o) = (ray.scaled_dir[ray.axes[k]], ray.origin[ray.axes[k]]);
+            // A ray along the planes meets them far beyond all others, on the side where they are; planes through it
+            // (or nearly so) on the outer side of their boxes.
+            let (inverse, shift) = if d == 0.0 { (PARALLEL, shift + far * BESIDE) } else { (1.0 / d, shift) };
+            if inverse < 0.0 {
+                built.near_rows[k] += 3;
+                built.octant |= 1 << ray.axes[k];
+            } else {
+                built.far_rows[k] += 3;
+            }
+            let at = o * inverse;
+            // Rounding of `at` and of what is subtracted from it, and the shift in space.
+            let allowance = (o.abs() * ORIGIN_ROUNDINGS + shift) * inverse.abs();
+            // Products of planes must not overflow: then the axis decides nothing.
+            let tame = (far + o.abs()) * inverse.abs() < TAME;
+            built.inverse[k] = inverse;
+            built.near[k] = if tame { at + allowance } else { f32::INFINITY };
+            built.far[k] = if tame { at - allowance } else { f32::NEG_INFINITY };
         }
+        let pad = UNDERFLOW * built.inverse[2].abs();
+        built.near = built.near.map(|at| at + pad);
+        built.far = built.far.map(|at| at - pad);
+        built.t_min = ray.t_min * ray.box_scale - f32::MIN_POSITIVE - pad;
+        built
     }
 
     /// A distance limit in box units, rounded up.
@@ -205,6 +246,20 @@ impl BoxRay {
         t * self.scale + f32::MIN_POSITIVE
     }
 }
+
+/// The inverse of no direction: beyond the largest inverse of one, 2⁴⁰ times the moderate length 2²⁰.
+const PARALLEL: f32 = (1u128 << 64) as f32;
+
+/// By this share of the scene boxes reach out to rays that go along their planes: enough for such a ray to enter them
+/// before anything else, for its distances in box units are below 2²⁰ times the scene.
+const BESIDE: f32 = 1.0 / (1u32 << 24) as f32;
+
+/// Products below this one are far from overflow.
+const TAME: f32 = 1e37;
+
+/// Eight unit roundoffs of the origin's share: forming it takes one, subtracting it up to two, and adding allowances
+/// one each.
+const ORIGIN_ROUNDINGS: f32 = 1.0 / (1u32 << 21) as f32;
 
 /// Bound on what an underflowing product of the shear can cost, in lengths of the main axis: 2⁻¹⁵⁰ there,
 /// divided by the smallest direction ratio 2⁻⁴⁰, with a margin.

@@ -1,9 +1,11 @@
 //! What a traversal looks for.
 
-use crate::{Hit, primitive::Key, primitive::Meeting};
+use crate::{Hit, Ray, primitive::Key, primitive::Meeting};
 
 /// Takes the hits that a traversal finds, in any order.
-pub(crate) trait Query {
+pub(crate) trait Query: Copy {
+    /// What is asked of a ray.
+    fn new(ray: &Ray) -> Self;
     /// Does it pay to visit near boxes first?
     const NEAREST_FIRST: bool;
     /// Boxes entered strictly beyond this distance are of no interest.
@@ -13,6 +15,7 @@ pub(crate) trait Query {
 }
 
 /// The closest hit, the smallest id among equals.
+#[derive(Clone, Copy)]
 pub(crate) struct Closest {
     pub(crate) hit: Hit,
     limit: f32,
@@ -20,7 +23,7 @@ pub(crate) struct Closest {
 
 impl Closest {
     #[inline(always)]
-    pub(crate) fn new(t_max: f32) -> Self {
+    pub(crate) fn until(t_max: f32) -> Self {
         Self { hit: Hit::MISS, limit: t_max }
     }
 }
@@ -33,6 +36,11 @@ fn rank(geometry: u32, prim: u32, instance: u32) -> (u32, u32, u32) {
 
 impl Query for Closest {
     const NEAREST_FIRST: bool = true;
+
+    #[inline(always)]
+    fn new(ray: &Ray) -> Self {
+        Self::until(ray.t_max)
+    }
 
     #[inline(always)]
     fn limit(&self) -> f32 {
@@ -54,6 +62,7 @@ impl Query for Closest {
 }
 
 /// Any hit at all.
+#[derive(Clone, Copy)]
 pub(crate) struct Any {
     pub(crate) t_max: f32,
     pub(crate) found: bool,
@@ -61,6 +70,11 @@ pub(crate) struct Any {
 
 impl Query for Any {
     const NEAREST_FIRST: bool = false;
+
+    #[inline(always)]
+    fn new(ray: &Ray) -> Self {
+        Self { t_max: ray.t_max, found: false }
+    }
 
     #[inline(always)]
     fn limit(&self) -> f32 {

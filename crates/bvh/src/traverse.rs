@@ -1,62 +1,223 @@
-//! The way of a ray through the trees.
+//! The way of rays through the trees.
+//!
+//! A [`Walker`] is a ray on its way; each step visits a node or a leaf. One ray alone is walked to its end; of many,
+//! some are in flight at once and take turns, so that what one of them needs is on its way from memory while the
+//! others are at work.
 
 use crate::bvh::Tree;
+use crate::kernel::item;
 use crate::lanes::Machine;
-use crate::node::{BoxRay, ChildRef, Crossing, Kind, Node, WIDTH};
+use crate::node::{BoxRay, ChildRef, Kind};
 use crate::prepared::PreparedRay;
+use crate::primitive::{Key, Meeting};
 use crate::query::{Any, Closest, Query};
 use crate::{Bvh, Hit, Ray, few};
 
-/// A subtree still to visit and where the ray enters it.
-#[derive(Clone, Copy)]
-struct Waiting {
-    entry: f32,
-    child: ChildRef,
-}
+/// Rays in flight.
+const IN_FLIGHT: usize = 16;
+/// Fewer rays are walked one after the other.
+const WORTH_FLYING: usize = 4;
+/// Entries of a stack that need no memory of their own; enough for trees of 16 levels.
+const INLINE: usize = 128;
 
-/// Entries kept in place. Seven may wait per level, so most trees need no more; the rest goes to the heap.
-const INLINE: usize = 64;
-
-/// What still has to be visited. One serves any number of rays.
-pub(crate) struct Stack {
-    inline: [Waiting; INLINE],
+/// What still has to be visited: references and where the ray enters them.
+struct Stack<'a> {
+    refs: &'a mut [u32],
+    entries: &'a mut [f32],
     len: usize,
-    overflow: Vec<Waiting>,
 }
 
-impl Stack {
+impl Stack<'_> {
+    /// Room for eight more.
     #[inline(always)]
-    pub(crate) fn new() -> Self {
-        let nothing = Waiting { entry: 0.0, child: ChildRef::ROOT };
-        Self { inline: [nothing; INLINE], len: 0, overflow: Vec::new() }
+    fn room(&mut self) -> (&mut [u32; 8], &mut [f32; 8]) {
+        let refs =
+            self.refs[self.len..].first_chunk_mut().expect("a stack is made for the depth of its tree");
+        let entries = self.entries[self.len..].first_chunk_mut().expect("both lists are of one length");
+        (refs, entries)
+    }
+}
+
+/// Entries that rays of a hierarchy may need: seven wait for each level, eight are written at once.
+fn stack_need(bvh: &Bvh) -> usize {
+    let nested = bvh.tree.instances.iter().map(|i| i.bvh.tree.depth).max().unwrap_or(0);
+    7 * (bvh.tree.depth + nested) + 16
+}
+
+/// A ray on its way.
+struct Walker<'a, Q> {
+    tree: &'a Tree,
+    ray: PreparedRay,
+    boxes: BoxRay,
+    query: Q,
+    /// The query's limit in the units of `boxes`.
+    limit: f32,
+    current: ChildRef,
+    instance: u32,
+    stack: Stack<'a>,
+    /// While in an instance: where it came from.
+    outer: Option<Outer<'a>>,
+}
+
+struct Outer<'a> {
+    tree: &'a Tree,
+    ray: PreparedRay,
+    boxes: BoxRay,
+}
+
+impl<'a, Q: Query> Walker<'a, Q> {
+    #[inline(always)]
+    fn new(tree: &'a Tree, ray: PreparedRay, query: Q, stack: Stack<'a>) -> Self {
+        let boxes = BoxRay::new(&ray, &tree.bounds, tree.aside);
+        let limit = boxes.limit(query.limit());
+        let (current, instance) = (ChildRef::ROOT, Hit::NO_INSTANCE);
+        Self { tree, ray, boxes, query, limit, current, instance, stack, outer: None }
     }
 
+    /// The same for another ray.
     #[inline(always)]
-    fn push(&mut self, waiting: Waiting) {
-        if let Some(slot) = self.inline.get_mut(self.len) {
-            *slot = waiting;
-            self.len += 1;
+    fn restart(&mut self, tree: &'a Tree, ray: PreparedRay, query: Q) {
+        self.tree = tree;
+        self.boxes = BoxRay::new(&ray, &tree.bounds, tree.aside);
+        self.limit = self.boxes.limit(query.limit());
+        (self.ray, self.query) = (ray, query);
+        (self.current, self.instance, self.outer) = (ChildRef::ROOT, Hit::NO_INSTANCE, None);
+        self.stack.len = 0;
+    }
+
+    /// Visits a node or a leaf; true at the end of the way.
+    #[inline(always)]
+    fn step<M: Machine>(&mut self) -> bool {
+        if !self.current.is_node() {
+            return self.visit_leaf::<M>() || self.pop();
+        }
+        let node = item(&self.tree.nodes, self.current.index());
+        let (mask, entry) = node.cross::<M>(&self.boxes, self.limit);
+        if mask == 0 {
+            return self.pop();
+        }
+        if mask & (mask - 1) == 0 {
+            self.current = node.child(mask.trailing_zeros());
+            return false;
+        }
+        let last = mask.count_ones() as usize - 1;
+        let octant = self.boxes.octant;
+        let (refs, entries) = self.stack.room();
+        if Q::NEAREST_FIRST {
+            M::arrange(mask, node.order(octant), node.children(), entry, refs, entries);
         } else {
-            self.overflow.push(waiting);
+            M::compress(mask, node.children(), refs);
+        }
+        self.current = ChildRef(refs[last % 8]);
+        self.stack.len += last;
+        false
+    }
+
+    /// Goes on with what was put aside last; true if there is nothing.
+    #[inline(always)]
+    fn pop(&mut self) -> bool {
+        while self.stack.len > 0 {
+            self.stack.len -= 1;
+            let next = ChildRef(self.stack.refs[self.stack.len]);
+            if next == ChildRef::RETURN {
+                self.leave();
+            } else if !Q::NEAREST_FIRST || self.reaches(self.stack.entries[self.stack.len]) {
+                self.current = next;
+                return false;
+            }
+        }
+        true
+    }
+
+    /// Whether a box that is entered there may hold something of interest; NaN decides nothing.
+    #[inline(always)]
+    fn reaches(&self, entry: f32) -> bool {
+        let beyond = entry > self.limit;
+        !beyond
+    }
+
+    /// True if the query is content.
+    #[inline(always)]
+    fn visit_leaf<M: Machine>(&mut self) -> bool {
+        let (tree, index) = (self.tree, self.current.index());
+        match self.current.kind() {
+            Kind::Triangles => {
+                let block = item(&tree.blocks, index);
+                let mut open = block.candidates::<M>(&self.ray);
+                while open != 0 {
+                    let lane = open.trailing_zeros() as usize % 8;
+                    open &= open - 1;
+                    if let Some(meeting) = block.meet(lane, &self.ray)
+                        && self.offer(meeting, block.key(lane))
+                    {
+                        return true;
+                    }
+                }
+                false
+            }
+            Kind::Sphere => {
+                let sphere = item(&tree.spheres, index);
+                sphere.meet(&self.ray.line).single().is_some_and(|at| self.offer(at, sphere.key))
+            }
+            Kind::Quad => {
+                let quad = item(&tree.quads, index);
+                quad.meet(&self.ray.line).single().is_some_and(|at| self.offer(at, quad.key))
+            }
+            Kind::Disk => {
+                let disk = item(&tree.disks, index);
+                disk.meet(&self.ray.line).single().is_some_and(|at| self.offer(at, disk.key))
+            }
+            Kind::Instance => {
+                self.enter(index);
+                false
+            }
+            Kind::Node | Kind::Return => false,
         }
     }
 
-    /// The last one pushed, unless only `base` are left.
     #[inline(always)]
-    fn pop(&mut self, base: usize) -> Option<Waiting> {
-        if !self.overflow.is_empty() && self.height() > base {
-            return self.overflow.pop();
-        }
-        if self.len <= base {
-            return None;
-        }
-        self.len -= 1;
-        self.inline.get(self.len).copied()
+    fn offer(&mut self, at: Meeting, key: Key) -> bool {
+        let content = self.query.offer(at, key, self.instance);
+        self.limit = self.boxes.limit(self.query.limit());
+        content
     }
 
+    /// Goes into an instance, if the ray can be followed there: its root waits next, and below it the way back.
+    fn enter(&mut self, index: usize) {
+        let record = item(&self.tree.instances, index);
+        let Some(local) = record.local_ray(&self.ray) else { return };
+        let inner = &record.bvh.tree;
+        let boxes = BoxRay::new(&local, &inner.bounds, inner.aside);
+        self.limit = boxes.limit(self.query.limit());
+        let (refs, entries) = self.stack.room();
+        (refs[0], refs[1]) = (ChildRef::RETURN.0, ChildRef::ROOT.0);
+        (entries[0], entries[1]) = (f32::NEG_INFINITY, f32::NEG_INFINITY);
+        self.stack.len += 2;
+        let outer = Outer {
+            tree: std::mem::replace(&mut self.tree, inner),
+            ray: std::mem::replace(&mut self.ray, local),
+            boxes: std::mem::replace(&mut self.boxes, boxes),
+        };
+        (self.outer, self.instance) = (Some(outer), record.index);
+    }
+
+    /// Comes back from an instance.
+    fn leave(&mut self) {
+        let Some(outer) = self.outer.take() else { return };
+        (self.tree, self.ray, self.boxes) = (outer.tree, outer.ray, outer.boxes);
+        self.instance = Hit::NO_INSTANCE;
+        self.limit = self.boxes.limit(self.query.limit());
+    }
+
+    /// Says what the next step will read.
     #[inline(always)]
-    fn height(&self) -> usize {
-        self.len + self.overflow.len()
+    fn prefetch<M: Machine>(&self) {
+        let index = self.current.index();
+        if self.current.is_node() {
+            M::prefetch(item(&self.tree.nodes, index));
+        } else if self.current.kind() == Kind::Triangles {
+            M::prefetch(item(&self.tree.blocks, index));
+        }
     }
 }
 
@@ -66,12 +227,8 @@ pub(crate) fn closest<M: Machine>(bvh: &Bvh, rays: &[Ray], hits: &mut [Hit]) {
     if bvh.tree.few {
         return few::closest::<M::Four>(&bvh.tree, rays, hits);
     }
-    let mut stack = Stack::new();
-    for (ray, hit) in rays.iter().zip(hits) {
-        let mut query = Closest::new(ray.t_max);
-        follow::<M, _>(bvh, ray, &mut query, &mut stack);
-        *hit = query.hit;
-    }
+    let mut put = |i: usize, query: Closest| hits[i] = query.hit;
+    trace::<M, Closest>(bvh, rays, &mut put);
 }
 
 /// Whether each ray hits anything.
@@ -80,150 +237,85 @@ pub(crate) fn occluded<M: Machine>(bvh: &Bvh, rays: &[Ray], blocked: &mut [bool]
     if bvh.tree.few {
         return few::occluded::<M::Four>(&bvh.tree, rays, blocked);
     }
-    let mut stack = Stack::new();
-    for (ray, blocked) in rays.iter().zip(blocked) {
-        let mut query = Any { t_max: ray.t_max, found: false };
-        follow::<M, _>(bvh, ray, &mut query, &mut stack);
-        *blocked = query.found;
+    let mut put = |i: usize, query: Any| blocked[i] = query.found;
+    trace::<M, Any>(bvh, rays, &mut put);
+}
+
+/// Follows all rays and hands each query to `put`.
+#[inline(always)]
+fn trace<M: Machine, Q: Query>(bvh: &Bvh, rays: &[Ray], put: &mut impl FnMut(usize, Q)) {
+    let need = stack_need(bvh);
+    if rays.len() >= WORTH_FLYING {
+        return fly::<M, Q>(bvh, rays, need, put);
+    }
+    let (mut refs, mut entries) = ([0; INLINE], [0.0; INLINE]);
+    let (mut more_refs, mut more_entries) = (Vec::new(), Vec::new());
+    let (mut refs, mut entries) = (&mut refs[..], &mut entries[..]);
+    if need > INLINE {
+        more_refs.resize(need, 0);
+        more_entries.resize(need, 0.0);
+        (refs, entries) = (&mut more_refs[..], &mut more_entries[..]);
+    }
+    for (i, ray) in rays.iter().enumerate() {
+        let query = Q::new(ray);
+        let Some(ray) = PreparedRay::new(ray) else {
+            put(i, query);
+            continue;
+        };
+        let stack = Stack { refs: &mut *refs, entries: &mut *entries, len: 0 };
+        let mut walker = Walker::new(&bvh.tree, ray, query, stack);
+        while !walker.step::<M>() {}
+        put(i, walker.query);
     }
 }
 
+/// The next ray that may hit anything; the others are done at once.
 #[inline(always)]
-fn follow<M: Machine, Q: Query>(bvh: &Bvh, ray: &Ray, query: &mut Q, stack: &mut Stack) {
-    let Some(ray) = PreparedRay::new(ray) else { return };
-    stack.len = 0;
-    stack.overflow.clear();
-    if bvh.tree.instances.is_empty() {
-        walk::<M, Q, false>(&bvh.tree, &ray, query, stack, Hit::NO_INSTANCE);
-    } else {
-        walk::<M, Q, true>(&bvh.tree, &ray, query, stack, Hit::NO_INSTANCE);
+fn next_ray<Q: Query>(
+    rays: &[Ray],
+    next: &mut usize,
+    put: &mut impl FnMut(usize, Q),
+) -> Option<(usize, PreparedRay, Q)> {
+    while let Some(ray) = rays.get(*next) {
+        let (index, query) = (*next, Q::new(ray));
+        *next += 1;
+        match PreparedRay::new(ray) {
+            Some(prepared) => return Some((index, prepared, query)),
+            None => put(index, query),
+        }
     }
+    None
 }
 
-/// Visits one tree; true if the query is content. `TOP` is for trees with instances.
+/// Several rays in flight.
 #[inline(always)]
-fn walk<M: Machine, Q: Query, const TOP: bool>(
-    tree: &Tree,
-    ray: &PreparedRay,
-    query: &mut Q,
-    stack: &mut Stack,
-    instance: u32,
-) -> bool {
-    let boxes = BoxRay::new::<TOP>(ray, &tree.bounds, tree.aside);
-    let base = stack.height();
-    let mut current = ChildRef::ROOT;
-    loop {
-        if current.kind() == Kind::Node {
-            let node = &tree.nodes[current.index()];
-            let crossing = node.cross::<M, TOP>(&boxes, boxes.limit(query.limit()));
-            if crossing.mask != 0 {
-                current = spread::<Q>(&crossing, node, stack);
+fn fly<M: Machine, Q: Query>(bvh: &Bvh, rays: &[Ray], need: usize, put: &mut impl FnMut(usize, Q)) {
+    let count = rays.len().min(IN_FLIGHT);
+    let (mut refs, mut entries) = (vec![0; count * need], vec![0.0; count * need]);
+    let stacks = refs.chunks_exact_mut(need).zip(entries.chunks_exact_mut(need));
+    let mut next = 0;
+    let mut slots = Vec::with_capacity(count);
+    for (refs, entries) in stacks {
+        let Some((index, ray, query)) = next_ray(rays, &mut next, put) else { break };
+        slots.push((index, Walker::new(&bvh.tree, ray, query, Stack { refs, entries, len: 0 })));
+    }
+    while !slots.is_empty() {
+        let mut i = 0;
+        while let Some((index, walker)) = slots.get_mut(i) {
+            if !walker.step::<M>() {
+                walker.prefetch::<M>();
+                i += 1;
                 continue;
             }
-        } else if visit_leaf::<M, Q, TOP>(tree, current, ray, query, stack, instance) {
-            return true;
-        }
-        loop {
-            let Some(next) = stack.pop(base) else { return false };
-            if next.entry <= boxes.limit(query.limit()) {
-                current = next.child;
-                break;
-            }
-        }
-    }
-}
-
-/// Picks the child to visit now (the nearest, if that matters) and pushes the others, the farthest first.
-#[inline(always)]
-fn spread<Q: Query>(crossing: &Crossing, node: &Node, stack: &mut Stack) -> ChildRef {
-    let mut rest = crossing.mask;
-    let mut next = || {
-        let lane = rest.trailing_zeros() as usize % WIDTH;
-        rest &= rest.wrapping_sub(1);
-        (Waiting { entry: crossing.entry[lane], child: node.child(lane) }, rest == 0)
-    };
-    let (mut nearest, mut last) = next();
-    let mut far = [nearest; WIDTH];
-    let mut count = 0;
-    while !last {
-        let mut new;
-        (new, last) = next();
-        if Q::NEAREST_FIRST {
-            if new.entry < nearest.entry {
-                std::mem::swap(&mut new, &mut nearest);
-            }
-            let mut place = count;
-            while place > 0 && far[(place - 1) % WIDTH].entry < new.entry {
-                far[place % WIDTH] = far[(place - 1) % WIDTH];
-                place -= 1;
-            }
-            far[place % WIDTH] = new;
-            count += 1;
-        } else {
-            stack.push(new);
-        }
-    }
-    far[..count.min(WIDTH)].iter().for_each(|&waiting| stack.push(waiting));
-    nearest.child
-}
-
-#[inline(always)]
-fn visit_leaf<M: Machine, Q: Query, const TOP: bool>(
-    tree: &Tree,
-    leaf: ChildRef,
-    ray: &PreparedRay,
-    query: &mut Q,
-    stack: &mut Stack,
-    instance: u32,
-) -> bool {
-    let (meeting, key) = match leaf.kind() {
-        Kind::Triangles => {
-            let block = &tree.blocks[leaf.index()];
-            let mut open = block.candidates::<M>(ray);
-            while open != 0 {
-                let lane = open.trailing_zeros() as usize % WIDTH;
-                open &= open - 1;
-                if let Some(meeting) = block.meet(lane, ray)
-                    && query.offer(meeting, block.key(lane), instance)
-                {
-                    return true;
+            put(*index, walker.query);
+            match next_ray(rays, &mut next, put) {
+                Some((new, ray, query)) => {
+                    *index = new;
+                    walker.restart(&bvh.tree, ray, query);
+                    i += 1;
                 }
+                None => drop(slots.swap_remove(i)),
             }
-            return false;
         }
-        Kind::Sphere => {
-            let sphere = &tree.spheres[leaf.index()];
-            (sphere.meet(&ray.line).single(), sphere.key)
-        }
-        Kind::Quad => {
-            let quad = &tree.quads[leaf.index()];
-            (quad.meet(&ray.line).single(), quad.key)
-        }
-        Kind::Disk => {
-            let disk = &tree.disks[leaf.index()];
-            (disk.meet(&ray.line).single(), disk.key)
-        }
-        Kind::Node | Kind::Instance => {
-            if !TOP {
-                return false;
-            }
-            let record = &tree.instances[leaf.index()];
-            // No closure: it would not be compiled for the instruction set chosen.
-            let Some(local) = record.local_ray(ray) else { return false };
-            return walk_nested::<M, Q>(&record.bvh.tree, &local, query, stack, record.index);
-        }
-    };
-    meeting.is_some_and(|meeting| query.offer(meeting, key, instance))
-}
-
-/// A call of its own, so that the compiler sees no endless inlining.
-#[inline(always)]
-fn walk_nested<M: Machine, Q: Query>(
-    tree: &Tree,
-    ray: &PreparedRay,
-    query: &mut Q,
-    stack: &mut Stack,
-    instance: u32,
-) -> bool {
-    walk::<M, Q, false>(tree, ray, query, stack, instance)
+    }
 }

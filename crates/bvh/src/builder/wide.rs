@@ -38,6 +38,7 @@ pub(super) fn collapse(
     let root_area = half_area(&bounds).max(f64::MIN_POSITIVE);
     let mut work = Collapse { binary, refs, geometries, tree, shape: Shape::default(), root_area };
     work.run();
+    work.tree.depth = work.shape.depth;
     work.tree.finish();
     (work.tree, work.shape)
 }
@@ -55,7 +56,7 @@ impl Collapse<'_> {
             self.shape.depth = self.shape.depth.max(depth);
             self.shape.sah_cost += self.share(root);
             let (slots, used) = self.gather(root);
-            let mut filled = Node::EMPTY;
+            let mut filled = Vec::with_capacity(WIDTH);
             for &part in &slots[..used] {
                 let child = match self.binary[part].content {
                     Content::Children(_) => {
@@ -70,9 +71,9 @@ impl Collapse<'_> {
                         self.leaf(first, count)
                     }
                 };
-                filled.push(&self.binary[part].bounds, child);
+                filled.push((self.binary[part].bounds, child));
             }
-            self.tree.nodes[node] = filled;
+            self.tree.nodes[node] = Node::new(&filled);
         }
     }
 

@@ -8,7 +8,7 @@
 //! not of another point of an edge-on triangle.
 
 use super::{Key, Meeting, cross, difference, wide};
-use crate::lanes::Machine;
+use crate::lanes::{Eight, Machine};
 use crate::prepared::PreparedRay;
 use penombre_math::Vec3;
 
@@ -69,29 +69,22 @@ impl TriangleBlock {
     /// The triangles that the signs of the `f32` edge functions do not exclude, as bits.
     #[inline(always)]
     pub(crate) fn candidates<M: Machine>(&self, ray: &PreparedRay) -> u32 {
-        // Rows first and one loop, so that the compiler works on whole rows.
-        let [a, b, c]: [[&Lanes; 3]; 3] =
-            self.vertices.each_ref().map(|rows| ray.axes.map(|axis| &rows[axis]));
-        let [ox, oy, oz] = ray.axes.map(|axis| ray.origin[axis]);
-        let [sx, sy] = ray.shear;
-        let mut open = [0u32; BLOCK];
-        for lane in 0..BLOCK {
-            let (az, bz, cz) = (a[2][lane] - oz, b[2][lane] - oz, c[2][lane] - oz);
-            let (ax, ay) = ((a[0][lane] - ox) - sx * az, (a[1][lane] - oy) - sy * az);
-            let (bx, by) = ((b[0][lane] - ox) - sx * bz, (b[1][lane] - oy) - sy * bz);
-            let (cx, cy) = ((c[0][lane] - ox) - sx * cz, (c[1][lane] - oy) - sy * cz);
-            let u = cx * by - cy * bx;
-            let v = ax * cy - ay * cx;
-            let w = bx * ay - by * ax;
-            let least = if u < v { u } else { v };
-            let least = if w < least { w } else { least };
-            let most = if u > v { u } else { v };
-            let most = if w > most { w } else { most };
-            // Both are true signs if they are numbers; NaN leaves the triangle open.
-            let excluded = (least < 0.0) & (most > 0.0);
-            open[lane] = if excluded { 0 } else { u32::MAX };
-        }
-        M::top_bits(&open) & ((1 << self.count) - 1)
+        let splat = M::Eight::splat;
+        let [ox, oy, oz] = ray.axes.map(|axis| splat(ray.origin[axis]));
+        let [sx, sy] = ray.shear.map(splat);
+        let sheared = |rows: &[Lanes; 3]| {
+            let [x, y, z] = ray.axes.map(|axis| M::Eight::load(&rows[axis]));
+            let z = z.minus(oz);
+            (x.minus(ox).minus(sx.times(z)), y.minus(oy).minus(sy.times(z)))
+        };
+        let [(ax, ay), (bx, by), (cx, cy)] =
+            [sheared(&self.vertices[0]), sheared(&self.vertices[1]), sheared(&self.vertices[2])];
+        let u = cx.times(by).minus(cy.times(bx));
+        let v = ax.times(cy).minus(ay.times(cx));
+        let w = bx.times(ay).minus(by.times(ax));
+        // Both are true signs if they are numbers; NaN leaves the triangle open.
+        let (least, most) = (w.smaller(u.smaller(v)), w.larger(u.larger(v)));
+        !least.around_zero(most) & ((1 << self.count) - 1)
     }
 
     /// The exact test of one triangle.

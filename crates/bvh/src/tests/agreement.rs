@@ -32,8 +32,10 @@ fn tree_equals_exhaustive_search() {
         let found = truth.iter().filter(|h| h.is_hit()).count();
         assert!(found > RAYS / 50 && found < RAYS, "{}: {found} hits test nothing", scene.name);
         check(scene.name, &bvh, &rays, &truth);
-        check(scene.name, &bvh.portable(), &rays, &truth);
-        check(scene.name, &bvh.through_nodes(), &rays, &truth);
+        for bvh in bvh.on_all_kernels() {
+            check(scene.name, &bvh, &rays, &truth);
+            check(scene.name, &bvh.through_nodes(), &rays, &truth);
+        }
         let mut options = BuildOptions::default();
         (options.bins, options.max_leaf) = (5, 1);
         let other = Bvh::build(scene.geometries, &options).expect("valid");
@@ -64,8 +66,10 @@ fn few_primitives_equal_exhaustive_search() {
         let found = truth.iter().filter(|h| h.is_hit()).count();
         assert!(i % 17 == 0 || found > 50, "{i}: {found} hits test nothing");
         check(scene.name, &bvh, &rays, &truth);
-        check(scene.name, &bvh.portable(), &rays, &truth);
-        check(scene.name, &bvh.through_nodes(), &rays, &truth);
+        for bvh in bvh.on_all_kernels() {
+            check(scene.name, &bvh, &rays, &truth);
+            check(scene.name, &bvh.through_nodes(), &rays, &truth);
+        }
     }
 }
 

@@ -14,7 +14,7 @@ mod watertight;
 
 /// The closest hit by asking every primitive: no boxes, no early rejection.
 fn exhaustive(bvh: &Bvh, ray: &Ray) -> Hit {
-    let mut query = Closest::new(ray.t_max);
+    let mut query = Closest::until(ray.t_max);
     if let Some(ray) = PreparedRay::new(ray) {
         ask_all(bvh, &ray, &mut query, Hit::NO_INSTANCE);
     }
