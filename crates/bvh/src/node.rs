@@ -132,25 +132,31 @@ impl Node {
         self.rows[ORDERS][octant % WIDTH]
     }
 
+    #[inline(always)]
+    fn row<M: Machine>(&self, row: usize) -> M::Eight {
+        M::Eight::load_bits(&self.rows[row % 8])
+    }
+
     /// Tests all boxes: those that the ray may hit as bits, and where it enters each. `limit` is the best distance so
     /// far in the units of the box ray.
     #[inline(always)]
     pub(crate) fn cross<M: Machine>(&self, ray: &BoxRay, limit: f32) -> (u32, M::Eight) {
-        let row = |row: usize| M::Eight::load_bits(&self.rows[row % 8]);
-        let splat = M::Eight::splat;
-        let [ix, iy, iz] = ray.inverse.map(splat);
-        let x0 = row(ray.near_rows[0]).about_mul_sub(ix, splat(ray.near[0]));
-        let y0 = row(ray.near_rows[1]).about_mul_sub(iy, splat(ray.near[1]));
-        let z0 = row(ray.near_rows[2]).about_mul_sub(iz, splat(ray.near[2]));
-        let x1 = row(ray.far_rows[0]).about_mul_sub(ix, splat(ray.far[0]));
-        let y1 = row(ray.far_rows[1]).about_mul_sub(iy, splat(ray.far[1]));
-        let z1 = row(ray.far_rows[2]).about_mul_sub(iz, splat(ray.far[2]));
+        // No closures and no `map`: they would not be compiled for the instruction set chosen.
+        let inverse_x = M::Eight::splat(ray.inverse[0]);
+        let inverse_y = M::Eight::splat(ray.inverse[1]);
+        let inverse_z = M::Eight::splat(ray.inverse[2]);
+        let x0 = self.row::<M>(ray.near_rows[0]).about_mul_sub(inverse_x, M::Eight::splat(ray.near[0]));
+        let y0 = self.row::<M>(ray.near_rows[1]).about_mul_sub(inverse_y, M::Eight::splat(ray.near[1]));
+        let z0 = self.row::<M>(ray.near_rows[2]).about_mul_sub(inverse_z, M::Eight::splat(ray.near[2]));
+        let x1 = self.row::<M>(ray.far_rows[0]).about_mul_sub(inverse_x, M::Eight::splat(ray.far[0]));
+        let y1 = self.row::<M>(ray.far_rows[1]).about_mul_sub(inverse_y, M::Eight::splat(ray.far[1]));
+        let z1 = self.row::<M>(ray.far_rows[2]).about_mul_sub(inverse_z, M::Eight::splat(ray.far[2]));
         // Where one number is NaN, the second of two is taken: the one that is a number.
-        let enter = x0.larger(y0).larger(z0.larger(splat(ray.t_min)));
-        let leave = x1.smaller(y1).smaller(z1.smaller(splat(limit)));
+        let enter = x0.larger(y0).larger(z0.larger(M::Eight::splat(ray.t_min)));
+        let leave = x1.smaller(y1).smaller(z1.smaller(M::Eight::splat(limit)));
         // Twice the allowance, taken off the entry alone.
         let reach = z0.opposite().larger(z1);
-        let entry = reach.opposite().about_mul_sub(splat(2.0 * RELATIVE_PAD), enter.opposite());
+        let entry = reach.opposite().about_mul_sub(M::Eight::splat(2.0 * RELATIVE_PAD), enter.opposite());
         let used = self.rows[ORDERS][0] >> LANES_FROM;
         (entry.not_above(leave) & used, entry)
     }

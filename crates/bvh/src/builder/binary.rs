@@ -19,23 +19,6 @@ pub(super) enum Content {
     Leaf { first: usize, count: usize },
 }
 
-pub(super) struct Limits {
-    pub(super) bins: usize,
-    pub(super) max_leaf: usize,
-    /// By geometry: may its primitives share a leaf?
-    pub(super) shares_leaf: Vec<bool>,
-}
-
-impl Limits {
-    fn allow_leaf(&self, range: &[PrimRef]) -> bool {
-        let shares = |r: &PrimRef| self.shares_leaf[r.key.geometry as usize];
-        range.len() == 1 || (range.len() <= self.max_leaf && range.iter().all(shares))
-    }
-}
-
-/// Cost of one binary step in units of a leaf. A wide node stands for about three steps.
-const STEP_COST: f64 = 0.4;
-
 /// From this depth on, ranges are halved by count, so that no depth exceeds this plus 32.
 const BALANCE_FROM: usize = 64;
 
@@ -46,8 +29,8 @@ struct Task {
     depth: usize,
 }
 
-/// Sorts `refs` into leaves. Node 0 is the root; there is none if there is nothing to hold.
-pub(super) fn build(refs: &mut [PrimRef], limits: &Limits) -> Vec<BinaryNode> {
+/// Sorts `refs` into leaves of one. Node 0 is the root; there is none if there is nothing to hold.
+pub(super) fn build(refs: &mut [PrimRef], bins: usize) -> Vec<BinaryNode> {
     if refs.is_empty() {
         return Vec::new();
     }
@@ -57,7 +40,7 @@ pub(super) fn build(refs: &mut [PrimRef], limits: &Limits) -> Vec<BinaryNode> {
     while let Some(Task { node, first, count, depth }) = tasks.pop() {
         let range = &mut refs[first..first + count];
         let extent = Extent::of(range);
-        let left = split(range, &extent, depth, limits);
+        let left = split(range, &extent, depth, bins);
         let content = if left == 0 {
             Content::Leaf { first, count }
         } else {
@@ -90,17 +73,12 @@ impl Extent {
 }
 
 /// Parts the range in two and returns the length of the first part; 0 for a leaf.
-fn split(range: &mut [PrimRef], extent: &Extent, depth: usize, limits: &Limits) -> usize {
+fn split(range: &mut [PrimRef], extent: &Extent, depth: usize, bins: usize) -> usize {
     let count = range.len();
     if count == 1 {
         return 0;
     }
-    let best = if depth < BALANCE_FROM { best_split(range, extent, limits.bins) } else { None };
-    let area = half_area(&extent.bounds);
-    let splitting_pays = best.as_ref().is_some_and(|s| s.leaves_cost + STEP_COST * area < area);
-    if !splitting_pays && limits.allow_leaf(range) {
-        return 0;
-    }
+    let best = if depth < BALANCE_FROM { best_split(range, extent, bins) } else { None };
     let left = best.map_or(0, |s| partition(range, |r| s.bins.of(r) < s.bin));
     if left == 0 || left == count { halve(range, &extent.centroids) } else { left }
 }
@@ -135,8 +113,6 @@ struct Split {
     bin: usize,
     /// Areas times primitives.
     cost: f64,
-    /// Areas alone: the cost if both sides were leaves.
-    leaves_cost: f64,
 }
 
 /// Maps centroids to bins.
@@ -212,8 +188,7 @@ fn best_on_axis(range: &[PrimRef], bins: Bins) -> Option<Split> {
         let cost = left.cost() + right[i].cost();
         let useful = left.count > 0 && right[i].count > 0;
         if useful && best.as_ref().is_none_or(|b| cost < b.cost) {
-            let leaves_cost = half_area(&left.bounds) + half_area(&right[i].bounds);
-            best = Some(Split { bins, bin: i, cost, leaves_cost });
+            best = Some(Split { bins, bin: i, cost });
         }
     }
     best

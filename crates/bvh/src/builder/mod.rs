@@ -2,12 +2,13 @@
 
 mod binary;
 mod collect;
+mod cover;
 mod wide;
 
 pub(crate) use collect::{Collected, collect};
 pub(crate) use wide::Shape;
 
-use crate::{Geometry, bvh::Tree, node::ChildRef, primitive::BLOCK};
+use crate::{bvh::Tree, node::ChildRef, primitive::BLOCK};
 
 /// How a tree is built. The hits do not depend on it, only speed and memory do.
 #[derive(Clone, Debug)]
@@ -71,11 +72,8 @@ pub(crate) const MAX_PRIMITIVES: usize = ChildRef::LIMIT;
 /// Builds the tree of the collected primitives.
 pub(crate) fn build(collected: Collected<'_>, options: &BuildOptions) -> (Tree, Shape) {
     let Collected { mut refs, .. } = collected;
-    let limits = binary::Limits {
-        bins: options.bins.clamp(4, binary::MAX_BINS),
-        max_leaf: options.max_leaf.clamp(1, BLOCK),
-        shares_leaf: collected.geometries.iter().map(|g| matches!(g, Geometry::Triangles(_))).collect(),
-    };
-    let nodes = binary::build(&mut refs, &limits);
-    wide::collapse(&nodes, &refs, collected.geometries, collected.instances)
+    let bins = options.bins.clamp(4, binary::MAX_BINS);
+    let most = options.max_leaf.clamp(1, BLOCK);
+    let nodes = binary::build(&mut refs, bins);
+    wide::collapse(&nodes, &refs, most, collected.geometries, collected.instances)
 }

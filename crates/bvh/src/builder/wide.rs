@@ -1,7 +1,8 @@
 //! Collapses the binary tree into nodes of eight and lays out the leaves.
 
-use super::binary::{BinaryNode, Content, half_area};
+use super::binary::{BinaryNode, half_area};
 use super::collect::{PrimRef, corners};
+use super::cover::Cover;
 use crate::Geometry;
 use crate::bvh::Tree;
 use crate::node::{ChildRef, Kind, Node, WIDTH};
@@ -19,6 +20,7 @@ pub(crate) struct Shape {
 
 struct Collapse<'a> {
     binary: &'a [BinaryNode],
+    cover: Cover<'a>,
     refs: &'a [PrimRef],
     geometries: &'a [Geometry],
     tree: Tree,
@@ -26,17 +28,20 @@ struct Collapse<'a> {
     root_area: f64,
 }
 
-/// `refs` in the order of the binary tree's leaves.
+/// `refs` in the order of the binary tree's leaves; triangles share leaves of at most `most`.
 pub(super) fn collapse(
     binary: &[BinaryNode],
     refs: &[PrimRef],
+    most: usize,
     geometries: &[Geometry],
     instances: Vec<InstanceRecord>,
 ) -> (Tree, Shape) {
     let bounds = binary.first().map_or(Bounds3::EMPTY, |root| root.bounds);
     let tree = Tree { instances, bounds, ..Tree::default() };
     let root_area = half_area(&bounds).max(f64::MIN_POSITIVE);
-    let mut work = Collapse { binary, refs, geometries, tree, shape: Shape::default(), root_area };
+    let shares: Vec<bool> = geometries.iter().map(|g| matches!(g, Geometry::Triangles(_))).collect();
+    let cover = Cover::new(binary, refs, most, |r| shares[r.key.geometry as usize]);
+    let mut work = Collapse { binary, cover, refs, geometries, tree, shape: Shape::default(), root_area };
     work.run();
     work.tree.depth = work.shape.depth;
     work.tree.finish();
@@ -55,21 +60,18 @@ impl Collapse<'_> {
         while let Some((node, root, depth)) = tasks.pop() {
             self.shape.depth = self.shape.depth.max(depth);
             self.shape.sah_cost += self.share(root);
-            let (slots, used) = self.gather(root);
             let mut filled = Vec::with_capacity(WIDTH);
-            for &part in &slots[..used] {
-                let child = match self.binary[part].content {
-                    Content::Children(_) => {
-                        let child = self.tree.nodes.len();
-                        self.tree.nodes.push(Node::EMPTY);
-                        tasks.push((child, part, depth + 1));
-                        ChildRef::new(Kind::Node, child)
-                    }
-                    Content::Leaf { first, count } => {
-                        self.shape.leaves += 1;
-                        self.shape.sah_cost += self.share(part);
-                        self.leaf(first, count)
-                    }
+            for part in self.cover.children(root) {
+                let child = if self.cover.is_leaf(part) {
+                    self.shape.leaves += 1;
+                    self.shape.sah_cost += self.share(part);
+                    let (first, count) = self.cover.range(part);
+                    self.leaf(first, count)
+                } else {
+                    let child = self.tree.nodes.len();
+                    self.tree.nodes.push(Node::EMPTY);
+                    tasks.push((child, part, depth + 1));
+                    ChildRef::new(Kind::Node, child)
                 };
                 filled.push((self.binary[part].bounds, child));
             }
@@ -84,29 +86,6 @@ impl Collapse<'_> {
     /// Probability that a random line through the root's box meets this one.
     fn share(&self, binary: usize) -> f64 {
         (self.area(binary) / self.root_area).min(1.0)
-    }
-
-    /// Up to eight binary nodes that cover `root`: opens the largest until the slots are full.
-    fn gather(&self, root: usize) -> ([usize; WIDTH], usize) {
-        let mut slots = [root; WIDTH];
-        let mut used = 1;
-        while used < WIDTH {
-            let mut largest = None;
-            let mut largest_area = -1.0;
-            for (slot, &part) in slots[..used].iter().enumerate() {
-                if let Content::Children(children) = self.binary[part].content
-                    && self.area(part) > largest_area
-                {
-                    largest = Some((slot, children));
-                    largest_area = self.area(part);
-                }
-            }
-            let Some((slot, children)) = largest else { break };
-            slots[slot] = children;
-            slots[used] = children + 1;
-            used += 1;
-        }
-        (slots, used)
     }
 
     fn leaf(&mut self, first: usize, count: usize) -> ChildRef {

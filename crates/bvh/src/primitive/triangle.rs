@@ -66,19 +66,23 @@ impl TriangleBlock {
         self.count as usize
     }
 
+    /// The minor coordinates of a corner of all triangles, relative to the ray.
+    #[inline(always)]
+    fn sheared<M: Machine>(&self, corner: usize, ray: &PreparedRay) -> (M::Eight, M::Eight) {
+        let rows = &self.vertices[corner];
+        let [kx, ky, kz] = ray.axes;
+        let z = M::Eight::load(&rows[kz]).minus(M::Eight::splat(ray.origin[kz]));
+        let x = M::Eight::load(&rows[kx]).minus(M::Eight::splat(ray.origin[kx]));
+        let y = M::Eight::load(&rows[ky]).minus(M::Eight::splat(ray.origin[ky]));
+        (x.minus(M::Eight::splat(ray.shear[0]).times(z)), y.minus(M::Eight::splat(ray.shear[1]).times(z)))
+    }
+
     /// The triangles that the signs of the `f32` edge functions do not exclude, as bits.
     #[inline(always)]
     pub(crate) fn candidates<M: Machine>(&self, ray: &PreparedRay) -> u32 {
-        let splat = M::Eight::splat;
-        let [ox, oy, oz] = ray.axes.map(|axis| splat(ray.origin[axis]));
-        let [sx, sy] = ray.shear.map(splat);
-        let sheared = |rows: &[Lanes; 3]| {
-            let [x, y, z] = ray.axes.map(|axis| M::Eight::load(&rows[axis]));
-            let z = z.minus(oz);
-            (x.minus(ox).minus(sx.times(z)), y.minus(oy).minus(sy.times(z)))
-        };
-        let [(ax, ay), (bx, by), (cx, cy)] =
-            [sheared(&self.vertices[0]), sheared(&self.vertices[1]), sheared(&self.vertices[2])];
+        let (ax, ay) = self.sheared::<M>(0, ray);
+        let (bx, by) = self.sheared::<M>(1, ray);
+        let (cx, cy) = self.sheared::<M>(2, ray);
         let u = cx.times(by).minus(cy.times(bx));
         let v = ax.times(cy).minus(ay.times(cx));
         let w = bx.times(ay).minus(by.times(ax));
