@@ -19,7 +19,7 @@ use std::time::Instant;
 
 type Handle = *mut c_void;
 type Single1 = unsafe extern "C" fn(Handle, *mut Single, *mut c_void);
-type Packet16 = unsafe extern "C" fn(*const Lanes, Handle, *mut Packet, *mut c_void);
+type Packet16 = unsafe extern "C" fn(*const Lanes, Handle, *mut Packet, *const Arguments);
 type Monitor = unsafe extern "C" fn(*mut c_void, isize, bool) -> bool;
 
 const GEOMETRY_TRIANGLE: c_int = 0;
@@ -28,6 +28,7 @@ const BUFFER_VERTEX: c_int = 1;
 const FORMAT_UINT3: c_int = 0x5003;
 const FORMAT_FLOAT3: c_int = 0x9003;
 const SCENE_ROBUST: c_int = 4;
+const FLAG_COHERENT: c_uint = 1 << 16;
 const PROPERTY_VERSION: c_int = 0;
 const OLDEST_VERSION: isize = 40_000;
 const NEWEST_VERSION: isize = 49_999;
@@ -41,6 +42,27 @@ static HELD: AtomicIsize = AtomicIsize::new(0);
 unsafe extern "C" fn count_bytes(_user: *mut c_void, bytes: isize, _after: bool) -> bool {
     HELD.fetch_add(bytes, Ordering::Relaxed);
     true
+}
+
+/// Embree's `RTCIntersectArguments` and `RTCOccludedArguments`, with room for what some builds append.
+#[repr(C)]
+struct Arguments {
+    flags: c_uint,
+    features: c_uint,
+    pointers: [*mut c_void; 3],
+    room: [u64; 4],
+}
+
+impl Arguments {
+    /// All features, no callbacks; rays that go the same way, or not.
+    fn new(coherent: bool) -> Self {
+        Self {
+            flags: if coherent { FLAG_COHERENT } else { 0 },
+            features: c_uint::MAX,
+            pointers: [null_mut(); 3],
+            room: [0; 4],
+        }
+    }
 }
 
 /// The functions of Embree that are used here.
@@ -257,11 +279,11 @@ impl Scene<'_> {
         single
     }
 
-    fn packet(&self, call: Packet16, rays: &[Ray], packet: &mut Packet) {
+    fn packet(&self, call: Packet16, rays: &[Ray], packet: &mut Packet, how: &Arguments) {
         packet.load(rays);
         let lanes = Lanes::first(rays.len());
         // SAFETY: as above, for 16 rays; lanes without a ray are said to be so.
-        unsafe { call(&raw const lanes, self.handle, packet, null_mut()) };
+        unsafe { call(&raw const lanes, self.handle, packet, how) };
     }
 }
 
@@ -275,8 +297,18 @@ impl Drop for Scene<'_> {
 /// One ray a call.
 pub struct One<'a>(pub &'a Scene<'a>);
 
-/// 16 rays a call.
-pub struct Sixteen<'a>(pub &'a Scene<'a>);
+/// 16 rays a call, said to go the same way or not.
+pub struct Sixteen<'a> {
+    scene: &'a Scene<'a>,
+    arguments: Arguments,
+}
+
+impl<'a> Sixteen<'a> {
+    /// Calls to a scene.
+    pub fn new(scene: &'a Scene<'a>, coherent: bool) -> Self {
+        Self { scene, arguments: Arguments::new(coherent) }
+    }
+}
 
 impl Kernel for One<'_> {
     fn closest(&self, rays: &[Ray], hits: &mut [Hit]) {
@@ -296,17 +328,19 @@ impl Kernel for One<'_> {
 
 impl Kernel for Sixteen<'_> {
     fn closest(&self, rays: &[Ray], hits: &mut [Hit]) {
+        let call = self.scene.embree.api.intersect16;
         let mut packet = Packet::empty();
         for (rays, hits) in rays.chunks(WIDTH).zip(hits.chunks_mut(WIDTH)) {
-            self.0.packet(self.0.embree.api.intersect16, rays, &mut packet);
+            self.scene.packet(call, rays, &mut packet, &self.arguments);
             hits.iter_mut().enumerate().for_each(|(lane, hit)| *hit = packet.hit(lane));
         }
     }
 
     fn occluded(&self, rays: &[Ray], blocked: &mut [bool]) {
+        let call = self.scene.embree.api.occluded16;
         let mut packet = Packet::empty();
         for (rays, blocked) in rays.chunks(WIDTH).zip(blocked.chunks_mut(WIDTH)) {
-            self.0.packet(self.0.embree.api.occluded16, rays, &mut packet);
+            self.scene.packet(call, rays, &mut packet, &self.arguments);
             blocked.iter_mut().enumerate().for_each(|(lane, blocked)| *blocked = packet.is_blocked(lane));
         }
     }

@@ -13,6 +13,9 @@
 //! over the repetitions; a ratio compares two times of the same repetition. Hits count as different if one of both
 //! kernels misses or the distances differ by more than a hundred-thousandth.
 //!
+//! Embree's 16-ray calls are made as for rays in all directions, which suits bounces and shadows best. Primary rays it
+//! traces faster if told that they are coherent; that figure stands below the row and counts in no ratio.
+//!
 //! `--json` puts one object a line on standard output, one for each mesh and ray kind (Mrays/s, one thread) and one
 //! for each mesh (seconds, bytes); everything else goes to standard error then.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a bench talks to a person")]

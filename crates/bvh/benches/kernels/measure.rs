@@ -111,6 +111,8 @@ pub struct Peer {
     pub best_one: f64,
     /// The faster of high and medium, 16 rays a call.
     pub best_16: f64,
+    /// The same where Embree is told that neighbouring rays go the same way: for primary rays alone, 0 otherwise.
+    pub coherent_16: f64,
     /// In the order of [`crate::report::RATIOS`].
     pub ratios: [f64; 4],
     /// Rays on which our hit is not that of the robust scene.
@@ -133,8 +135,8 @@ impl Difference {
     }
 }
 
-/// Seconds of one repetition: ours one, batch; Embree's robust, best of one ray, best of 16.
-type Times = [f64; 5];
+/// Seconds of one repetition: ours one, batch; Embree's robust, best of one ray, best of 16, best of 16 coherent ones.
+type Times = [f64; 6];
 
 /// Measures all kernels on the same rays.
 pub fn rays(ours: &Bvh, scenes: Option<&Scenes<'_>>, kind: Kind, rays: &[Ray], reps: usize) -> Rates {
@@ -143,7 +145,11 @@ pub fn rays(ours: &Bvh, scenes: Option<&Scenes<'_>>, kind: Kind, rays: &[Ray], r
     if let Some(s) = scenes {
         kernels.push(Box::new(embree::One(&s.robust)));
         kernels.extend([&s.high, &s.medium].map(|s| Box::new(embree::One(s)) as Box<dyn Kernel>));
-        kernels.extend([&s.high, &s.medium].map(|s| Box::new(embree::Sixteen(s)) as Box<dyn Kernel>));
+        let sixteen = |coherent| {
+            [&s.high, &s.medium].map(|s| Box::new(embree::Sixteen::new(s, coherent)) as Box<dyn Kernel>)
+        };
+        kernels.extend(sixteen(false));
+        kernels.extend((kind == Kind::Primary).then(|| sixteen(true)).into_iter().flatten());
     }
     let mut answers = Answers::new(rays.len());
     let reference = answers.of(&*kernels[0], kind, rays);
@@ -158,6 +164,7 @@ pub fn rays(ours: &Bvh, scenes: Option<&Scenes<'_>>, kind: Kind, rays: &[Ray], r
         robust: rate(2),
         best_one: rate(3),
         best_16: rate(4),
+        coherent_16: rate(5),
         ratios: [(0, 2), (0, 3), (1, 3), (1, 4)].map(ratio),
         differing: reference.differing(&robust, TOLERANCE),
     });
@@ -172,14 +179,15 @@ fn repetition(
     answers: &mut Answers,
     rep: usize,
 ) -> Times {
-    let mut seconds = [f64::INFINITY; 7];
+    let mut seconds = [f64::INFINITY; 9];
     for i in (0..kernels.len()).map(|i| (i + rep) % kernels.len()) {
         let start = thread_seconds();
         answers.fill(&*kernels[i], kind, rays);
         seconds[i] = (thread_seconds() - start).max(1e-9);
     }
-    let [one, batch, robust, high, medium, high_16, medium_16] = seconds;
-    [one, batch, robust, high.min(medium), high_16.min(medium_16)]
+    let [one, batch, robust, high, medium, high_16, medium_16, high_coherent, medium_coherent] = seconds;
+    let best_coherent = high_coherent.min(medium_coherent);
+    [one, batch, robust, high.min(medium), high_16.min(medium_16), best_coherent]
 }
 
 /// Places for the answers to one buffer of rays.

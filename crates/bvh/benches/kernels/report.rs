@@ -32,7 +32,9 @@ impl Report {
             || "no peer: EMBREE_LIB does not name Embree 4's library".to_owned(),
             |v| format!("Embree {v}"),
         );
-        self.say(&format!("ray kernels, Mrays/s on one thread; {peer}"));
+        self.say(&format!(
+            "ray kernels: Mrays/s on one thread, wall time of builds with up to two threads; {peer}"
+        ));
     }
 
     /// A mesh that is not there.
@@ -49,9 +51,9 @@ impl Report {
             return;
         }
         println!("\n{name}: {triangles} triangles");
-        println!("  build, 2 threads  {}", build_text("fast", ours));
+        println!("  build   {}", build_text("fast", ours));
         if let Some(theirs) = theirs {
-            println!("  Embree            {}", build_text("medium", theirs));
+            println!("  Embree  {}", build_text("medium", theirs));
         }
         let peers = if theirs.is_some() { PEERS } else { "" };
         println!("  {:8}{:>8}{:>8}{peers}", "", "one", "batch");
@@ -71,6 +73,13 @@ impl Report {
         }
         let Some(peer) = rates.embree else { return };
         self.ratios.push((kind, peer.ratios));
+        if peer.coherent_16 > 0.0 {
+            let share = rates.batch / peer.coherent_16;
+            self.say(&format!(
+                "          Embree, 16 rays said to be coherent: {:.2}; batch {share:.2} of it",
+                peer.coherent_16
+            ));
+        }
         if self.json && peer.differing.total() > 0 {
             let (name, kind, differ) = (&self.mesh.0, kind.name(), difference_text(peer));
             eprintln!("{name}: of {} {kind} rays differ from Embree robust: {differ}", rates.rays);
