@@ -1,25 +1,60 @@
 //! Figures on this machine.
 
 use crate::json;
-use crate::run::{Call, Outcome, built, release_binary};
+use crate::run::{Call, Outcome, built, release_binary, test_data};
 use crate::test::python;
 use crate::test::window::Screen;
+use std::path::{Path, PathBuf};
 
 const RUNS: usize = 3;
 
-/// Runs the benchmark called `name`, or all but the window's, which needs a virtual screen.
-pub fn run(name: Option<&str>) -> Outcome {
-    match name {
-        Some("kernels") => kernels(),
-        Some("cornell") => cornell(),
-        Some("window") => window(),
-        None => kernels().and_then(|()| cornell()),
-        Some(other) => Err(format!("no benchmark `{other}`: kernels, cornell, window")),
+/// Runs the benchmark called `name`, or all but the window's, which needs a virtual screen. Only the kernels' takes
+/// options.
+pub fn run(name: Option<&str>, options: &[&str]) -> Outcome {
+    match (name, options) {
+        (Some("kernels"), _) => kernels(options),
+        (Some("cornell"), []) => cornell(),
+        (Some("window"), []) => window(),
+        (None, _) => kernels(&[]).and_then(|()| cornell()),
+        (Some(name @ ("cornell" | "window")), _) => Err(format!("the benchmark `{name}` takes no options")),
+        (Some(other), _) => Err(format!("no benchmark `{other}`: kernels, cornell, window")),
     }
 }
 
-fn kernels() -> Outcome {
-    Call::cargo(&["bench", "-p", "penombre-bvh"]).status()
+/// Times the ray kernels, against Embree if `EMBREE_LIB` names its library.
+fn kernels(options: &[&str]) -> Outcome {
+    let options = with_absolute_meshes(options)?;
+    let mut words = vec!["bench", "-p", "penombre-bvh", "--bench", "kernels", "--"];
+    words.extend(options.iter().map(String::as_str));
+    let mut call = Call::cargo(&words);
+    if let Some(folder) = test_data() {
+        call = call.env("PENOMBRE_TESTDATA", absolute(folder)?);
+    }
+    if let Some(library) = std::env::var_os("EMBREE_LIB").filter(|l| Path::new(l).is_file()) {
+        call = call.env("EMBREE_LIB", absolute(library)?);
+    }
+    call.status()
+}
+
+/// The benchmark runs in the folder of its crate: what follows `--mesh` is made independent of the folder. A leading
+/// `--` is left out.
+fn with_absolute_meshes(options: &[&str]) -> Result<Vec<String>, String> {
+    let options = options.strip_prefix(&["--"]).unwrap_or(options);
+    let mut words = Vec::new();
+    for (i, option) in options.iter().enumerate() {
+        let is_file = i > 0 && options[i - 1] == "--mesh";
+        words.push(if is_file {
+            absolute(option)?.to_string_lossy().into_owned()
+        } else {
+            (*option).to_owned()
+        });
+    }
+    Ok(words)
+}
+
+fn absolute(path: impl AsRef<Path>) -> Result<PathBuf, String> {
+    let path = path.as_ref();
+    std::path::absolute(path).map_err(|e| format!("{}: {e}", path.display()))
 }
 
 /// Times the built-in box as the command renders it: median of three runs.
@@ -69,6 +104,14 @@ mod tests {
 
     #[test]
     fn unknown_names_are_refused() {
-        assert!(run(Some("nothing")).unwrap_err().contains("kernels, cornell, window"));
+        assert!(run(Some("nothing"), &[]).unwrap_err().contains("kernels, cornell, window"));
+        assert!(run(Some("window"), &["--json"]).unwrap_err().contains("takes no options"));
+    }
+
+    #[test]
+    fn files_of_the_kernels_benchmark_are_found_from_its_folder() {
+        let words = with_absolute_meshes(&["--", "--only", "a.obj", "--mesh", "a.obj"]).unwrap();
+        assert_eq!(words[..3], ["--only", "a.obj", "--mesh"]);
+        assert!(Path::new(&words[3]).is_absolute() && words[3].ends_with("a.obj"), "{words:?}");
     }
 }

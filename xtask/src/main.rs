@@ -21,7 +21,9 @@ cargo xtask TASK
   fmt [--check]    rustfmt over every source file, also those that `cargo fmt` does not find
   tidy             house rules: crate and room graph, lengths, forbidden calls, citations
   gallery          renders the pictures of the README into docs/images/
-  bench [NAME]     figures on this machine: kernels, cornell (default: both); window: how soon it shows input
+  bench [NAME]     figures on this machine: kernels, cornell (default: both); window: how soon it shows input.
+                   kernels takes options: --only NAME-PART of a built-in mesh, --mesh FILE (OBJ or OFF, repeatable),
+                   --rays N, --reps N, --json; with EMBREE_LIB naming Embree 4's library it compares
   help             this page
 
 Needs: the toolchain of rust-toolchain or rust-version with rustfmt and clippy, a C linker (Debian: build-essential),
@@ -38,8 +40,8 @@ fn main() -> ExitCode {
         ["fmt", "--check"] => format::run(true),
         ["tidy"] => tidy::run(),
         ["gallery"] => gallery::run(),
-        ["bench"] => bench::run(None),
-        ["bench", name] => bench::run(Some(name)),
+        ["bench"] => bench::run(None, &[]),
+        ["bench", name, options @ ..] => bench::run(Some(name), options),
         [] | ["help" | "--help" | "-h"] => {
             println!("{HELP}");
             Ok(())

@@ -1,7 +1,8 @@
 //! Bad data and large data.
 
 use super::bodies;
-use super::meshes::{self, Mesh, in_cube};
+use super::cornell::cornell;
+use super::meshes::{Mesh, in_cube};
 use super::{Disk, Geometry, Hit, Instance, Quad, Ray, Sphere, Triangles, build, exhaustive};
 use crate::{BuildError, BuildOptions, Bvh};
 use penombre_lab::Pcg32;
@@ -66,7 +67,7 @@ fn bad_primitives_are_skipped_and_counted() {
 
 #[test]
 fn bad_rays_hit_nothing() {
-    let bvh = build(meshes::cornell());
+    let bvh = build(cornell());
     let good = Ray::new(Vec3::ZERO, Vec3::new(0.3, 1.0, 0.2), 0.0, f32::INFINITY);
     assert!(bvh.occluded(&good));
     let mut bad = vec![
@@ -106,7 +107,7 @@ fn errors_name_their_place() {
     assert!(error.to_string().contains("triangle 1 refers to vertex 1"));
 
     let place = |bvh| Geometry::Instance(Instance { bvh: Arc::new(bvh), to_world: Transform::IDENTITY });
-    let inner = build(meshes::cornell());
+    let inner = build(cornell());
     let middle = build(vec![place(inner)]);
     let error = Bvh::build(vec![place(middle)], &options).expect_err("three levels");
     assert_eq!(error, BuildError::NestedInstances { geometry: 0 });
@@ -159,7 +160,7 @@ fn shrinking_primitives_do_not_deepen_the_tree_without_end() {
 
 #[test]
 fn stats_of_a_small_scene() {
-    let bvh = build(meshes::cornell());
+    let bvh = build(cornell());
     let stats = bvh.stats();
     assert_eq!((stats.nodes, stats.leaves, stats.depth), (1, 8, 1));
     assert_eq!((stats.primitives.quads, stats.primitives.spheres), (6, 2));

@@ -5,6 +5,7 @@ use crate::{Bvh, Disk, Geometry, Hit, Instance, Quad, Ray, Sphere, Triangles};
 
 mod agreement;
 mod bodies;
+mod cornell;
 mod data;
 mod meshes;
 mod primitives;

@@ -1,6 +1,7 @@
 //! Adversarial scenes and rays.
 
 use super::bodies;
+use super::cornell::cornell;
 use super::meshes::{self, Mesh, direction, in_cube};
 use super::{Disk, Geometry, Instance, Quad, Ray, Sphere, build};
 use penombre_lab::Pcg32;
@@ -105,7 +106,7 @@ fn touching() -> Scene {
     let quad = Quad { origin: Vec3::splat(-1.0), sides: [Vec3::X * 2.0, Vec3::Y * 2.0] };
     let disk = Disk { center: Vec3::new(0.0, 0.0, -1.0), normal: Vec3::Z, radius: 1.0 };
     let sphere = Sphere { center: Vec3::ZERO, radius: 1.0 };
-    let mut geometries = meshes::cornell();
+    let mut geometries = cornell();
     geometries.extend([
         bodies::cube().geometry(),
         Geometry::Spheres(vec![sphere; 3]),
