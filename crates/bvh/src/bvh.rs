@@ -30,6 +30,8 @@ pub(crate) struct Tree {
     pub(crate) disks: Vec<DiskRecord>,
     pub(crate) instances: Vec<InstanceRecord>,
     pub(crate) bounds: Bounds3,
+    /// The largest coordinate of `bounds`; 0 if there is nothing.
+    pub(crate) extent: f32,
     /// Nodes on the longest way down.
     pub(crate) depth: usize,
     /// By how much hits may lie beside their boxes, as a share of the distance to the farthest corner.
@@ -48,6 +50,8 @@ impl Tree {
         let quads = self.quads.iter().map(QuadRecord::aside).fold(round, f64::max);
         let all = self.instances.iter().map(|i| i.aside).fold(quads, f64::max);
         self.aside = all as f32;
+        let corner = self.bounds.min.abs().max(self.bounds.max.abs());
+        self.extent = if self.bounds.is_empty() { 0.0 } else { corner.max_element() };
         self.few = few::suits(self);
     }
 

@@ -203,11 +203,11 @@ pub(crate) struct BoxRay {
 }
 
 impl BoxRay {
-    /// `aside` is the allowance for points moved aside, as a share of the distance to the farthest corner of
-    /// `bounds`.
+    /// `extent` is the largest coordinate of all boxes, and `aside` the allowance for points moved aside, as a share of
+    /// the distance to the farthest corner of them.
     #[inline(always)]
-    pub(crate) fn new(ray: &PreparedRay, bounds: &Bounds3, aside: f32) -> Self {
-        let far = farthest(ray.origin, bounds);
+    pub(crate) fn new(ray: &PreparedRay, extent: f32, aside: f32) -> Self {
+        let far = farthest(ray.origin, extent);
         let shift = far * aside;
         let mut built = Self {
             near_rows: ray.axes,
@@ -271,9 +271,8 @@ const ORIGIN_ROUNDINGS: f32 = 1.0 / (1u32 << 21) as f32;
 /// divided by the smallest direction ratio 2⁻⁴⁰, with a margin.
 const UNDERFLOW: f32 = 1.0 / ((1u128 << 105) as f32);
 
-/// The largest distance per axis from `origin` to a corner.
+/// No corner is farther from `origin`, per axis.
 #[inline(always)]
-fn farthest(origin: Vec3, bounds: &Bounds3) -> f32 {
-    let reach = (bounds.min - origin).abs().max((bounds.max - origin).abs());
-    larger(reach.x, larger(reach.y, reach.z))
+fn farthest(origin: Vec3, extent: f32) -> f32 {
+    extent + larger(origin.x.abs(), larger(origin.y.abs(), origin.z.abs()))
 }

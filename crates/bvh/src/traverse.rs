@@ -68,7 +68,7 @@ struct Outer<'a> {
 impl<'a, Q: Query> Walker<'a, Q> {
     #[inline(always)]
     fn new(tree: &'a Tree, ray: PreparedRay, query: Q, stack: Stack<'a>) -> Self {
-        let boxes = BoxRay::new(&ray, &tree.bounds, tree.aside);
+        let boxes = BoxRay::new(&ray, tree.extent, tree.aside);
         let limit = boxes.limit(query.limit());
         let (current, instance) = (ChildRef::ROOT, Hit::NO_INSTANCE);
         Self { tree, ray, boxes, query, limit, current, instance, stack, outer: None }
@@ -78,7 +78,7 @@ impl<'a, Q: Query> Walker<'a, Q> {
     #[inline(always)]
     fn restart(&mut self, tree: &'a Tree, ray: PreparedRay, query: Q) {
         self.tree = tree;
-        self.boxes = BoxRay::new(&ray, &tree.bounds, tree.aside);
+        self.boxes = BoxRay::new(&ray, tree.extent, tree.aside);
         self.limit = self.boxes.limit(query.limit());
         (self.ray, self.query) = (ray, query);
         (self.current, self.instance, self.outer) = (ChildRef::ROOT, Hit::NO_INSTANCE, None);
@@ -187,7 +187,7 @@ impl<'a, Q: Query> Walker<'a, Q> {
         let record = item(&self.tree.instances, index);
         let Some(local) = record.local_ray(&self.ray) else { return };
         let inner = &record.bvh.tree;
-        let boxes = BoxRay::new(&local, &inner.bounds, inner.aside);
+        let boxes = BoxRay::new(&local, inner.extent, inner.aside);
         self.limit = boxes.limit(self.query.limit());
         let (refs, entries) = self.stack.room();
         (refs[0], refs[1]) = (ChildRef::RETURN.0, ChildRef::ROOT.0);
