@@ -34,6 +34,8 @@ pub(crate) struct Tree {
     pub(crate) extent: f32,
     /// Nodes on the longest way down.
     pub(crate) depth: usize,
+    /// Entries that a ray's stack may need: seven wait for each level, eight are written at once.
+    pub(crate) stack: usize,
     /// By how much hits may lie beside their boxes, as a share of the distance to the farthest corner.
     pub(crate) aside: f32,
     /// So few primitives that rays test all of them and leave the nodes alone.
@@ -50,6 +52,8 @@ impl Tree {
         let quads = self.quads.iter().map(QuadRecord::aside).fold(round, f64::max);
         let all = self.instances.iter().map(|i| i.aside).fold(quads, f64::max);
         self.aside = all as f32;
+        let nested = self.instances.iter().map(|i| i.bvh.tree.depth).max().unwrap_or(0);
+        self.stack = 7 * (self.depth + nested) + 16;
         let corner = self.bounds.min.abs().max(self.bounds.max.abs());
         self.extent = if self.bounds.is_empty() { 0.0 } else { corner.max_element() };
         self.few = few::suits(self);

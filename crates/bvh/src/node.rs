@@ -224,12 +224,10 @@ impl BoxRay {
             // A ray along the planes meets them far beyond all others, on the side where they are; planes through it
             // (or nearly so) on the outer side of their boxes.
             let (inverse, shift) = if d == 0.0 { (PARALLEL, shift + far * BESIDE) } else { (1.0 / d, shift) };
-            if inverse < 0.0 {
-                built.near_rows[k] += 3;
-                built.octant |= 1 << ray.axes[k];
-            } else {
-                built.far_rows[k] += 3;
-            }
+            let backward = (inverse.to_bits() >> 31) as usize;
+            built.near_rows[k] += 3 * backward;
+            built.far_rows[k] += 3 * (1 - backward);
+            built.octant |= backward << ray.axes[k];
             let at = o * inverse;
             // Rounding of `at` and of what is subtracted from it, and the shift in space.
             let allowance = (o.abs() * ORIGIN_ROUNDINGS + shift) * inverse.abs();

@@ -55,9 +55,11 @@ fn longest<const N: usize, V: Lanes<N>>(dir: [V; 3]) -> V {
 }
 
 /// A checked ray with what triangles and boxes derive from it.
+#[derive(Clone, Copy)]
 pub(crate) struct PreparedRay {
-    pub(crate) line: Line,
     pub(crate) origin: Vec3,
+    /// Without negligible components.
+    pub(crate) dir: [f32; 3],
     pub(crate) t_min: f32,
     pub(crate) t_max: f32,
     /// The two minor axes, then the main one (largest direction component).
@@ -74,24 +76,28 @@ impl PreparedRay {
     /// `None` if the ray can hit nothing: no direction, an empty range, or something not finite.
     #[inline(always)]
     pub(crate) fn new(ray: &Ray) -> Option<Self> {
-        let (line, sane) = Line::<f64>::new(std::array::from_ref(ray));
-        if sane == 0 {
+        let (o, d) = (ray.origin, ray.dir);
+        let size = d.abs();
+        let largest = larger(size.x, larger(size.y, size.z));
+        // A number less itself is 0 exactly if it is finite.
+        let nothing = (o - o) + (d - d);
+        let sane = (nothing.x + nothing.y + nothing.z == 0.0) & (largest > 0.0) & (ray.t_min < ray.t_max);
+        if !sane {
             return None;
         }
-        let size = ray.dir.abs();
-        let axes = if size.x >= size.y && size.x >= size.z {
-            [1, 2, 0]
-        } else if size.y >= size.z {
-            [2, 0, 1]
-        } else {
-            [0, 1, 2]
-        };
-        let (up, down) = moderation(longest(line.dir) as f32);
-        let scaled_dir = line.dir.map(|d| d as f32 * up);
-        let main = scaled_dir[axes[2]];
+        // Without branches, which nobody could foretell.
+        let x_is_main = usize::from((size.x >= size.y) & (size.x >= size.z));
+        let y_is_main = usize::from(size.y >= size.z) & (1 - x_is_main);
+        let main_axis = 2 - 2 * x_is_main - y_is_main;
+        let axes = [[1, 2, 0], [2, 0, 1], [0, 1, 2]][main_axis];
+        let least = f64::from(largest) * NEGLIGIBLE;
+        let dir = [telling(d.x, least), telling(d.y, least), telling(d.z, least)];
+        let (up, down) = moderation(largest);
+        let scaled_dir = [dir[0] * up, dir[1] * up, dir[2] * up];
+        let main = scaled_dir[main_axis];
         Some(Self {
-            line,
-            origin: ray.origin,
+            origin: o,
+            dir,
             t_min: ray.t_min,
             t_max: ray.t_max,
             axes,
@@ -100,6 +106,30 @@ impl PreparedRay {
             box_scale: down,
         })
     }
+
+    /// The ray in double precision.
+    #[inline(always)]
+    pub(crate) fn line(&self) -> Line {
+        let o = self.origin;
+        Line {
+            origin: [f64::from(o.x), f64::from(o.y), f64::from(o.z)],
+            dir: [f64::from(self.dir[0]), f64::from(self.dir[1]), f64::from(self.dir[2])],
+            t_min: f64::from(self.t_min),
+            t_max: f64::from(self.t_max),
+        }
+    }
+}
+
+/// The component, 0 if it is negligible.
+#[inline(always)]
+fn telling(d: f32, least: f64) -> f32 {
+    if f64::from(d.abs()) < least { 0.0 } else { d }
+}
+
+/// The larger one; `b` if either is NaN. One instruction.
+#[inline(always)]
+fn larger(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
 }
 
 /// A power of two that brings `longest` to about 1, and its reciprocal; both 1 for ordinary rays.

@@ -38,12 +38,6 @@ impl Stack<'_> {
     }
 }
 
-/// Entries that rays of a hierarchy may need: seven wait for each level, eight are written at once.
-fn stack_need(bvh: &Bvh) -> usize {
-    let nested = bvh.tree.instances.iter().map(|i| i.bvh.tree.depth).max().unwrap_or(0);
-    7 * (bvh.tree.depth + nested) + 16
-}
-
 /// A ray on its way.
 struct Walker<'a, Q> {
     tree: &'a Tree,
@@ -157,15 +151,15 @@ impl<'a, Q: Query> Walker<'a, Q> {
             }
             Kind::Sphere => {
                 let sphere = item(&tree.spheres, index);
-                sphere.meet(&self.ray.line).single().is_some_and(|at| self.offer(at, sphere.key))
+                sphere.meet(&self.ray.line()).single().is_some_and(|at| self.offer(at, sphere.key))
             }
             Kind::Quad => {
                 let quad = item(&tree.quads, index);
-                quad.meet(&self.ray.line).single().is_some_and(|at| self.offer(at, quad.key))
+                quad.meet(&self.ray.line()).single().is_some_and(|at| self.offer(at, quad.key))
             }
             Kind::Disk => {
                 let disk = item(&tree.disks, index);
-                disk.meet(&self.ray.line).single().is_some_and(|at| self.offer(at, disk.key))
+                disk.meet(&self.ray.line()).single().is_some_and(|at| self.offer(at, disk.key))
             }
             Kind::Instance => {
                 self.enter(index);
@@ -244,7 +238,7 @@ pub(crate) fn occluded<M: Machine>(bvh: &Bvh, rays: &[Ray], blocked: &mut [bool]
 /// Follows all rays and hands each query to `put`.
 #[inline(always)]
 fn trace<M: Machine, Q: Query>(bvh: &Bvh, rays: &[Ray], put: &mut impl FnMut(usize, Q)) {
-    let need = stack_need(bvh);
+    let need = bvh.tree.stack;
     if rays.len() >= WORTH_FLYING {
         return fly::<M, Q>(bvh, rays, need, put);
     }

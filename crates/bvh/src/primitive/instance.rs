@@ -48,7 +48,7 @@ impl InstanceRecord {
     /// once.
     #[inline(always)]
     pub(crate) fn local_ray(&self, ray: &PreparedRay) -> Option<PreparedRay> {
-        let line = &ray.line;
+        let line = ray.line();
         let origin = sum(self.rows.map(|row| dot(row, line.origin)), self.translation);
         let dir = self.rows.map(|row| dot(row, line.dir));
         let narrow = |v: [f64; 3]| Vec3::from_array(v.map(|x| x as f32));

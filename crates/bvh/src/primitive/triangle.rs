@@ -114,7 +114,7 @@ impl TriangleBlock {
         if determinant == 0.0 || determinant.is_nan() {
             return None;
         }
-        let t = ray.in_range((u * a[2] + v * b[2] + w * c[2]) / (determinant * ray.line.dir[kz]))?;
+        let t = ray.in_range((u * a[2] + v * b[2] + w * c[2]) / (determinant * f64::from(ray.dir[kz])))?;
         Some(Meeting { t, u: (v / determinant) as f32, v: (w / determinant) as f32 })
     }
 }

@@ -32,9 +32,9 @@ fn ask_all(bvh: &Bvh, ray: &PreparedRay, query: &mut Closest, instance: u32) {
     for block in &tree.blocks {
         (0..block.len()).for_each(|lane| offer(block.meet(lane, ray), block.key(lane)));
     }
-    tree.spheres.iter().for_each(|s| offer(s.meet(&ray.line).single(), s.key));
-    tree.quads.iter().for_each(|q| offer(q.meet(&ray.line).single(), q.key));
-    tree.disks.iter().for_each(|d| offer(d.meet(&ray.line).single(), d.key));
+    tree.spheres.iter().for_each(|s| offer(s.meet(&ray.line()).single(), s.key));
+    tree.quads.iter().for_each(|q| offer(q.meet(&ray.line()).single(), q.key));
+    tree.disks.iter().for_each(|d| offer(d.meet(&ray.line()).single(), d.key));
     for placed in &tree.instances {
         if let Some(local) = placed.local_ray(ray) {
             ask_all(&placed.bvh, &local, query, placed.index);
