@@ -162,17 +162,24 @@ impl Node {
     }
 }
 
-/// Lanes by the place of their boxes along the diagonal of an octant, the farthest first; and the lanes in use.
+/// Lanes by the place of their boxes along the diagonal of an octant, the farthest first; and the lanes in use. Unused
+/// lanes come last; they are in no mask.
 fn order(children: &[(Bounds3, ChildRef)], octant: usize) -> u32 {
-    let place = |(bounds, _): &(Bounds3, ChildRef)| -> f64 {
+    let mut lanes: [u32; WIDTH] = std::array::from_fn(|lane| lane as u32);
+    let mut places = [0f64; WIDTH];
+    for (lane, (bounds, _)) in children.iter().enumerate() {
         let sum = bounds.min.as_dvec3() + bounds.max.as_dvec3();
-        (0..3).map(|axis| if octant >> axis & 1 == 0 { sum[axis] } else { -sum[axis] }).sum()
-    };
-    let mut lanes: Vec<usize> = (0..children.len()).collect();
-    lanes.sort_by(|&a, &b| place(&children[b]).total_cmp(&place(&children[a])).then(a.cmp(&b)));
-    // Unused lanes come last; they are in no mask.
-    lanes.extend(children.len()..WIDTH);
-    let order = lanes.iter().enumerate().fold(0, |word, (i, &lane)| word | (lane as u32) << (3 * i));
+        let signed = |axis: usize| if octant >> axis & 1 == 0 { sum[axis] } else { -sum[axis] };
+        let place = signed(0) + signed(1) + signed(2);
+        // Insertion; equal places stay in the order of the lanes.
+        let mut at = lane;
+        while at > 0 && places[at - 1] < place {
+            (places[at], lanes[at]) = (places[at - 1], lanes[at - 1]);
+            at -= 1;
+        }
+        (places[at], lanes[at]) = (place, lane as u32);
+    }
+    let order = lanes.iter().enumerate().fold(0, |word, (i, lane)| word | lane << (3 * i));
     order | ((1u32 << children.len()) - 1) << LANES_FROM
 }
 

@@ -79,8 +79,8 @@ impl PreparedRay {
         let (o, d) = (ray.origin, ray.dir);
         let size = d.abs();
         let largest = larger(size.x, larger(size.y, size.z));
-        // A number less itself is 0 exactly if it is finite.
-        let nothing = (o - o) + (d - d);
+        // Nothing of a number is 0 exactly if it is finite.
+        let nothing = o * 0.0 + d * 0.0;
         let sane = (nothing.x + nothing.y + nothing.z == 0.0) & (largest > 0.0) & (ray.t_min < ray.t_max);
         if !sane {
             return None;

@@ -2,7 +2,8 @@
 //!
 //! A [`Walker`] is a ray on its way; each step visits a node or a leaf. One ray alone is walked to its end; of many,
 //! some are in flight at once and take turns, so that what one of them needs is on its way from memory while the
-//! others are at work.
+//! others are at work. In each round those at nodes go first and those at leaves afterwards (measured: 13 % faster than
+//! one after the other, for the branch between the two cannot be foretold).
 
 use crate::bvh::Tree;
 use crate::kernel::item;
@@ -13,8 +14,8 @@ use crate::primitive::{Key, Meeting};
 use crate::query::{Any, Closest, Query};
 use crate::{Bvh, Hit, Ray, few};
 
-/// Rays in flight.
-const IN_FLIGHT: usize = 16;
+/// Rays in flight. Measured on AVX-512: 32 and 64 are alike, 16 is 3 to 4 % slower.
+const IN_FLIGHT: usize = 32;
 /// Fewer rays are walked one after the other.
 const WORTH_FLYING: usize = 4;
 /// Entries of a stack that need no memory of their own; enough for trees of 16 levels.
@@ -105,6 +106,22 @@ impl<'a, Q: Query> Walker<'a, Q> {
         self.current = ChildRef(refs[last % 8]);
         self.stack.len += last;
         false
+    }
+
+    /// Visits a node, the same way for any number of children; true at the end of the way.
+    #[inline(always)]
+    fn visit_node<M: Machine>(&mut self) -> bool {
+        let node = item(&self.tree.nodes, self.current.index());
+        let (mask, entry) = node.cross::<M>(&self.boxes, self.limit);
+        let octant = self.boxes.octant;
+        let (refs, entries) = self.stack.room();
+        if Q::NEAREST_FIRST {
+            M::arrange(mask, node.order(octant), node.children(), entry, refs, entries);
+        } else {
+            M::compress(mask, node.children(), refs);
+        }
+        self.stack.len += mask.count_ones() as usize;
+        self.pop()
     }
 
     /// Goes on with what was put aside last; true if there is nothing.
@@ -293,23 +310,74 @@ fn fly<M: Machine, Q: Query>(bvh: &Bvh, rays: &[Ray], need: usize, put: &mut imp
         let Some((index, ray, query)) = next_ray(rays, &mut next, put) else { break };
         slots.push((index, Walker::new(&bvh.tree, ray, query, Stack { refs, entries, len: 0 })));
     }
+    let mut ended = Chosen::new();
     while !slots.is_empty() {
-        let mut i = 0;
-        while let Some((index, walker)) = slots.get_mut(i) {
-            if !walker.step::<M>() {
-                walker.prefetch::<M>();
-                i += 1;
-                continue;
-            }
+        round::<M, Q>(&mut slots, &mut ended);
+        // The last first, so that what is taken out moves none that is still to come.
+        for &i in ended.list().iter().rev() {
+            let (index, walker) = &mut slots[i];
             put(*index, walker.query);
             match next_ray(rays, &mut next, put) {
                 Some((new, ray, query)) => {
                     *index = new;
                     walker.restart(&bvh.tree, ray, query);
-                    i += 1;
                 }
                 None => drop(slots.swap_remove(i)),
             }
         }
     }
+}
+
+/// Slots chosen one after the other, without branches.
+struct Chosen {
+    slots: [usize; IN_FLIGHT],
+    count: usize,
+}
+
+impl Chosen {
+    #[inline(always)]
+    fn new() -> Self {
+        Self { slots: [0; IN_FLIGHT], count: 0 }
+    }
+
+    #[inline(always)]
+    fn add_if(&mut self, slot: usize, chosen: bool) {
+        self.slots[self.count % IN_FLIGHT] = slot;
+        self.count += usize::from(chosen);
+    }
+
+    #[inline(always)]
+    fn list(&self) -> &[usize] {
+        &self.slots[..self.count.min(IN_FLIGHT)]
+    }
+}
+
+/// A step of each ray: first those at nodes, then those at leaves, so that the processor foretells which it is.
+#[inline(always)]
+fn round<M: Machine, Q: Query>(slots: &mut [(usize, Walker<'_, Q>)], ended: &mut Chosen) {
+    let (mut at_nodes, mut at_leaves) = (Chosen::new(), Chosen::new());
+    for (i, (_, walker)) in slots.iter().enumerate() {
+        let is_node = walker.current.is_node();
+        at_nodes.add_if(i, is_node);
+        at_leaves.add_if(i, !is_node);
+    }
+    ended.count = 0;
+    for &i in at_nodes.list() {
+        let walker = &mut slots[i].1;
+        let over = walker.visit_node::<M>();
+        ended.add_if(i, over);
+        if !over {
+            walker.prefetch::<M>();
+        }
+    }
+    for &i in at_leaves.list() {
+        let walker = &mut slots[i].1;
+        let over = walker.visit_leaf::<M>() || walker.pop();
+        ended.add_if(i, over);
+        if !over {
+            walker.prefetch::<M>();
+        }
+    }
+    let count = ended.count.min(IN_FLIGHT);
+    ended.slots[..count].sort_unstable();
 }

@@ -2,6 +2,8 @@
 
 use super::collect::PrimRef;
 use penombre_math::{Bounds3, Vec3};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 /// Node of the binary tree.
 #[derive(Clone, Copy, Debug)]
@@ -22,6 +24,11 @@ pub(super) enum Content {
 /// From this depth on, ranges are halved by count, so that no depth exceeds this plus 32.
 const BALANCE_FROM: usize = 64;
 
+/// Ranges of up to so many primitives are built each by one thread. The tree does not depend on who builds what.
+const ONE_THREAD: usize = 1 << 15;
+
+/// A range that is to become a subtree.
+#[derive(Clone, Copy)]
 struct Task {
     node: usize,
     first: usize,
@@ -29,30 +36,100 @@ struct Task {
     depth: usize,
 }
 
-/// Sorts `refs` into leaves of one. Node 0 is the root; there is none if there is nothing to hold.
+const BLANK: BinaryNode = BinaryNode { bounds: Bounds3::EMPTY, content: Content::Children(0) };
+
+/// Sorts `refs` into leaves of one. Node 0 is the root; there is none if there is nothing to hold. Children come behind
+/// their parents.
 pub(super) fn build(refs: &mut [PrimRef], bins: usize) -> Vec<BinaryNode> {
     if refs.is_empty() {
         return Vec::new();
     }
-    let blank = BinaryNode { bounds: Bounds3::EMPTY, content: Content::Children(0) };
-    let mut nodes = vec![blank];
-    let mut tasks = vec![Task { node: 0, first: 0, count: refs.len(), depth: 0 }];
-    while let Some(Task { node, first, count, depth }) = tasks.pop() {
-        let range = &mut refs[first..first + count];
+    let mut nodes = vec![BLANK];
+    let root = Task { node: 0, first: 0, count: refs.len(), depth: 0 };
+    let mut rest = grow(refs, 0, &mut nodes, root, bins, ONE_THREAD);
+    rest.sort_unstable_by_key(|task| task.first);
+    let subtrees = build_all(refs, &rest, bins);
+    for (task, subtree) in rest.iter().zip(subtrees) {
+        graft(&mut nodes, task.node, &subtree);
+    }
+    nodes
+}
+
+/// Splits a task's range again and again, down to leaves or to ranges of at most `small`, which are returned. `refs`
+/// begins with reference number `start`.
+fn grow(
+    refs: &mut [PrimRef],
+    start: usize,
+    nodes: &mut Vec<BinaryNode>,
+    root: Task,
+    bins: usize,
+    small: usize,
+) -> Vec<Task> {
+    let (mut rest, mut scratch) = (Vec::new(), Scratch::EMPTY);
+    let mut tasks = vec![root];
+    while let Some(task) = tasks.pop() {
+        let Task { node, first, count, depth } = task;
+        if count <= small {
+            rest.push(task);
+            continue;
+        }
+        let range = &mut refs[first - start..first - start + count];
         let extent = Extent::of(range);
-        let left = split(range, &extent, depth, bins);
+        let left = split(range, &extent, depth, bins, &mut scratch);
         let content = if left == 0 {
             Content::Leaf { first, count }
         } else {
             let child = nodes.len();
-            nodes.extend([blank, blank]);
+            nodes.extend([BLANK, BLANK]);
             tasks.push(Task { node: child + 1, first: first + left, count: count - left, depth: depth + 1 });
             tasks.push(Task { node: child, first, count: left, depth: depth + 1 });
             Content::Children(child)
         };
         nodes[node] = BinaryNode { bounds: extent.bounds, content };
     }
-    nodes
+    rest
+}
+
+/// The subtrees of disjoint ranges in the order of the references, on all cores.
+fn build_all(refs: &mut [PrimRef], tasks: &[Task], bins: usize) -> Vec<Vec<BinaryNode>> {
+    let mut jobs = Vec::with_capacity(tasks.len());
+    let (mut left, mut at) = (refs, 0);
+    for task in tasks {
+        let (_, behind) = std::mem::take(&mut left).split_at_mut(task.first - at);
+        let (range, behind) = behind.split_at_mut(task.count);
+        jobs.push(Mutex::new((range, Vec::new())));
+        (left, at) = (behind, task.first + task.count);
+    }
+    let next = AtomicUsize::new(0);
+    let work = || {
+        while let Some((job, task)) = {
+            let i = next.fetch_add(1, Ordering::Relaxed);
+            jobs.get(i).zip(tasks.get(i))
+        } {
+            let (range, nodes) = &mut *job.lock().unwrap_or_else(PoisonError::into_inner);
+            nodes.push(BLANK);
+            grow(range, task.first, nodes, Task { node: 0, ..*task }, bins, 0);
+        }
+    };
+    let threads = std::thread::available_parallelism().map_or(1, usize::from).min(jobs.len());
+    std::thread::scope(|scope| {
+        (1..threads).for_each(|_| drop(scope.spawn(work)));
+        work();
+    });
+    jobs.into_iter().map(|job| job.into_inner().unwrap_or_else(PoisonError::into_inner).1).collect()
+}
+
+/// Puts a subtree in the place of a node.
+fn graft(nodes: &mut Vec<BinaryNode>, place: usize, subtree: &[BinaryNode]) {
+    // The subtree's own root goes to `place`; the others keep their order.
+    let shift = nodes.len() - 1;
+    let moved = subtree.iter().map(|node| match node.content {
+        Content::Children(child) => BinaryNode { content: Content::Children(child + shift), ..*node },
+        Content::Leaf { .. } => *node,
+    });
+    for (i, node) in moved.enumerate() {
+        if i == 0 { nodes[place] = node } else { nodes.push(node) }
+    }
 }
 
 /// Boxes around a range of primitives and around their centroids.
@@ -73,12 +150,12 @@ impl Extent {
 }
 
 /// Parts the range in two and returns the length of the first part; 0 for a leaf.
-fn split(range: &mut [PrimRef], extent: &Extent, depth: usize, bins: usize) -> usize {
+fn split(range: &mut [PrimRef], extent: &Extent, depth: usize, bins: usize, scratch: &mut Scratch) -> usize {
     let count = range.len();
     if count == 1 {
         return 0;
     }
-    let best = if depth < BALANCE_FROM { best_split(range, extent, bins) } else { None };
+    let best = if depth < BALANCE_FROM { best_split(range, extent, bins, scratch) } else { None };
     let left = best.map_or(0, |s| partition(range, |r| s.bins.of(r) < s.bin));
     if left == 0 || left == count { halve(range, &extent.centroids) } else { left }
 }
@@ -126,8 +203,12 @@ struct Bins {
 
 impl Bins {
     fn of(&self, r: &PrimRef) -> usize {
+        self.at(r.centroid())
+    }
+
+    fn at(&self, centroid: Vec3) -> usize {
         // The conversion turns NaN and negative numbers into 0.
-        (((r.centroid()[self.axis] - self.start) * self.scale) as usize).min(self.last)
+        (((centroid[self.axis] - self.start) * self.scale) as usize).min(self.last)
     }
 }
 
@@ -151,18 +232,41 @@ impl Bin {
 
 pub(super) const MAX_BINS: usize = 64;
 
-fn best_split(range: &[PrimRef], extent: &Extent, bins: usize) -> Option<Split> {
+/// Room for bins, used again and again.
+struct Scratch {
+    /// By axis.
+    filled: [[Bin; MAX_BINS]; 3],
+    /// The sum of each bin and all behind it.
+    right: [Bin; MAX_BINS + 1],
+}
+
+impl Scratch {
+    const EMPTY: Self = Self { filled: [[Bin::EMPTY; MAX_BINS]; 3], right: [Bin::EMPTY; MAX_BINS + 1] };
+}
+
+fn best_split(range: &[PrimRef], extent: &Extent, bins: usize, scratch: &mut Scratch) -> Option<Split> {
     // Few primitives need few bins.
     let bins = bins.min(range.len().next_multiple_of(4));
     let size: Vec3 = extent.centroids.max - extent.centroids.min;
-    let mut best: Option<Split> = None;
-    for axis in 0..3 {
+    let on_axis = |axis: usize| {
         let scale = bins as f32 / size[axis];
-        if !(size[axis] > 0.0 && scale.is_finite() && scale > 0.0) {
-            continue;
+        let useful = size[axis] > 0.0 && scale.is_finite() && scale > 0.0;
+        // On an axis of no use all fall into one bin, which no split parts.
+        let scale = if useful { scale } else { 0.0 };
+        Bins { axis, start: extent.centroids.min[axis], scale, last: bins - 1 }
+    };
+    let axes = [0, 1, 2].map(on_axis);
+    scratch.filled.iter_mut().for_each(|filled| filled[..bins].fill(Bin::EMPTY));
+    for r in range {
+        let centroid = r.centroid();
+        for (bins, filled) in axes.iter().zip(&mut scratch.filled) {
+            let bin = &mut filled[bins.at(centroid)];
+            (bin.bounds, bin.count) = (bin.bounds.union(r.bounds), bin.count + 1);
         }
-        let bins = Bins { axis, start: extent.centroids.min[axis], scale, last: bins - 1 };
-        if let Some(split) = best_on_axis(range, bins)
+    }
+    let mut best: Option<Split> = None;
+    for (bins, filled) in axes.into_iter().zip(&scratch.filled) {
+        if let Some(split) = best_of(filled, &mut scratch.right, bins)
             && best.as_ref().is_none_or(|b| split.cost < b.cost)
         {
             best = Some(split);
@@ -171,13 +275,9 @@ fn best_split(range: &[PrimRef], extent: &Extent, bins: usize) -> Option<Split> 
     best
 }
 
-fn best_on_axis(range: &[PrimRef], bins: Bins) -> Option<Split> {
-    let mut filled = [Bin::EMPTY; MAX_BINS];
-    for r in range {
-        let bin = &mut filled[bins.of(r)];
-        *bin = bin.with(Bin { bounds: r.bounds, count: 1 });
-    }
-    let mut right = [Bin::EMPTY; MAX_BINS + 1];
+/// The best place to part an axis.
+fn best_of(filled: &[Bin; MAX_BINS], right: &mut [Bin; MAX_BINS + 1], bins: Bins) -> Option<Split> {
+    right[bins.last + 1] = Bin::EMPTY;
     for i in (1..=bins.last).rev() {
         right[i] = right[i + 1].with(filled[i]);
     }
