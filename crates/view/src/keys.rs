@@ -100,16 +100,12 @@ pub struct Binding {
 
 /// Every binding, in the order of the help.
 pub const BINDINGS: &[Binding] = &[
-    bind(
-        &[KeyPress::char('r')],
-        Command::Render,
-        "render from here at this size, then write rendu.ppm and rendu.png",
-    ),
+    bind(&[KeyPress::char('r')], Command::Render, "render from here, write rendu.ppm and rendu.png"),
     bind(&[KeyPress::char('+')], Command::NextScene, "next scene of the course"),
     bind(&[KeyPress::char('-')], Command::PreviousScene, "previous scene of the course"),
     bind(&[KeyPress::char('w')], Command::Wireframe, "wireframe on, off"),
     bind(&[KeyPress::char('f')], Command::Fullscreen, "full screen on, off"),
-    bind(&[KeyPress::key(Key::Escape)], Command::CancelOrQuit, "cancel the render; without one: quit"),
+    bind(&[KeyPress::key(Key::Escape)], Command::CancelOrQuit, "cancel what goes on; else quit"),
     bind(&[KeyPress::char('q'), KeyPress::ctrl('q')], Command::Quit, "quit"),
     bind(&[KeyPress::char('.')], Command::Frame, "show all of the scene"),
     bind(&[KeyPress::key(Key::Home)], Command::Home, "back to the scene's camera"),

@@ -15,6 +15,8 @@ use std::ops::Range;
 
 pub use material::{PreviewMaterial, PreviewTexture};
 
+/// Most lights of a preview, as in `preview.wgsl`.
+pub const MOST_LIGHTS: usize = 64;
 /// Triangles of a box.
 const BOX_TRIANGLES: usize = 12;
 /// Vertices of a box.
@@ -103,7 +105,7 @@ pub struct PreviewMesh {
     pub groups: Vec<Group>,
     /// The scene's materials, with the scene's indices.
     pub materials: Vec<PreviewMaterial>,
-    /// The scene's lights.
+    /// The scene's first lights, at most [`MOST_LIGHTS`].
     pub lights: Vec<PreviewLight>,
     /// What is not shown in full, for a person; none if all is.
     pub note: Option<String>,
@@ -129,7 +131,12 @@ impl PreviewMesh {
         let light =
             |center: Vec3, color: Spectrum| PreviewLight { center: center.to_array(), color: color.to_rgb() };
         let lights = scene.lights().iter().map(|l| light(l.value.center(), l.value.classic_color()));
-        mesh.lights = lights.collect();
+        mesh.lights = lights.take(MOST_LIGHTS).collect();
+        if scene.lights().len() > MOST_LIGHTS {
+            let all = scene.lights().len();
+            let lights = format!("of {all} lights the preview shows {MOST_LIGHTS}; rendering shows all");
+            mesh.note = Some(mesh.note.map_or(lights.clone(), |note| format!("{note}\n{lights}")));
+        }
         mesh
     }
 

@@ -19,6 +19,8 @@ pub const RENDER_FILES: [&str; 2] = ["rendu.ppm", "rendu.png"];
 pub const WINDOW_SIZE: [u32; 2] = [480, 480];
 /// The live render starts when the camera has rested so long, seconds.
 const REST: f64 = 0.05;
+/// To a longer notice nothing is added, characters.
+const LONG_NOTICE: usize = 60;
 /// Largest edge of an image, pixels.
 const LARGEST_EDGE: u32 = 65536;
 
@@ -135,14 +137,16 @@ pub enum Action {
         /// Go on beyond the samples per pixel.
         beyond: bool,
     },
+    /// Forget the scene that is being loaded.
+    CancelLoad,
     /// Stop the render.
     CancelRender,
-    /// Write the image of exactly the asked samples if there is one, else the newest, and answer with
-    /// [`Input::Saved`]. For `.ppm` of `r`, in the course's format.
+    /// Write the image and answer with [`Input::Saved`].
     SaveImage {
         /// Where.
         path: PathBuf,
-        /// The course's way of writing `.ppm`.
+        /// The image of exactly the asked samples, and `.ppm` in the course's way: the files of `r`. Else the newest
+        /// image.
         course_ppm: bool,
     },
     /// Ask for a file to open.
@@ -267,7 +271,8 @@ impl Viewer {
             Input::LoadFailed { .. } => Vec::new(),
             Input::Render { id, event } => self.render_event(id, event),
             Input::Saved(Ok(text)) => {
-                self.notice = Some(text);
+                let before = self.notice.take().filter(|before| before.len() < LONG_NOTICE);
+                self.notice = Some(before.map_or(text.clone(), |before| format!("{before}, {text}")));
                 vec![Action::Redraw]
             }
             Input::Saved(Err(message)) | Input::Fault(message) => self.say(message),
@@ -287,7 +292,10 @@ impl Viewer {
             Command::PreviousScene => self.step_scene(false),
             Command::Wireframe => {
                 self.wireframe = !self.wireframe;
-                vec![Action::ToggleWireframe(self.wireframe), Action::Redraw]
+                // Edges are of the preview: an image would hide them.
+                let back =
+                    if self.mode == Mode::Raster { vec![Action::Redraw] } else { self.back_to_raster() };
+                [vec![Action::ToggleWireframe(self.wireframe)], back].concat()
             }
             Command::Fullscreen => {
                 self.fullscreen = !self.fullscreen;
@@ -324,8 +332,11 @@ impl Viewer {
         if std::mem::take(&mut self.help) {
             return vec![Action::ShowHelp(false), Action::Redraw];
         }
-        let busy = self.running.is_some_and(|r| r.busy);
-        if !busy {
+        if self.loading.is_some() && self.source.is_some() {
+            self.loading = None;
+            return vec![Action::CancelLoad, Action::Redraw];
+        }
+        if !self.is_busy() {
             return vec![Action::Quit];
         }
         if let (Mode::Rendered(_), Some(running)) = (self.mode, &mut self.running) {
@@ -340,12 +351,21 @@ impl Viewer {
 
     fn render_key(&mut self) -> Vec<Action> {
         if self.source.is_none() {
-            return self.say("there is no scene to render".to_owned());
+            // Why there is none has been said, and stays.
+            let message = self.message.take().unwrap_or("there is no scene to render".to_owned());
+            return self.say(message);
         }
-        if let (Mode::Rendering(_), Some(running)) = (self.mode, &mut self.running) {
-            // The same image is on its way already: it will be saved when it is complete.
-            running.save = true;
-            return Vec::new();
+        match (self.mode, &mut self.running) {
+            (Mode::Rendering(_), Some(running)) => {
+                // The same image is on its way already: it will be saved when it is complete.
+                running.save = true;
+                return Vec::new();
+            }
+            (Mode::Rendered(_), Some(running)) if running.busy => {
+                // It goes on beyond the image that is asked for, which is there.
+                return RENDER_FILES.map(|f| Action::SaveImage { path: f.into(), course_ppm: true }).to_vec();
+            }
+            _ => {}
         }
         self.start_render(true)
     }
@@ -427,7 +447,7 @@ impl Viewer {
         if self.loading.as_ref() != Some(&source) {
             return Vec::new();
         }
-        (self.loading, self.source, self.message) = (None, Some(source), None);
+        (self.loading, self.source, self.message, self.notice) = (None, Some(source), None, None);
         (self.camera, self.home, self.bounds) = (camera, camera, bounds);
         // What the panel changed was meant for the scene before; how it is shown stays.
         let Settings { exposure, tone, .. } = self.settings;
@@ -484,7 +504,7 @@ impl Viewer {
             self.resting_since = Some(now);
         }
         let rested = self.resting_since.is_some_and(|since| now - since >= REST);
-        if !(rested && self.live && self.mode == Mode::Raster) {
+        if !(rested && self.live && !self.wireframe && self.mode == Mode::Raster) {
             return Vec::new();
         }
         self.start_render(false)
@@ -509,13 +529,19 @@ impl Viewer {
     /// Seconds until the next [`Input::Tick`] should come: the live render waits for the camera to rest. `None` while
     /// a tick would start nothing.
     pub fn next_tick(&self, now: f64) -> Option<f64> {
-        let able = self.live && self.mode == Mode::Raster && self.source.is_some() && !self.size.contains(&0);
+        let able = self.live && !self.wireframe && self.source.is_some();
+        let able = able && self.mode == Mode::Raster && !self.size.contains(&0);
         let rests_at = match self.resting_since {
             _ if self.moved => now,
             Some(since) => since + REST,
             None => return None,
         };
         able.then_some((rests_at - now).max(0.0))
+    }
+
+    /// True while samples are taken.
+    pub fn is_busy(&self) -> bool {
+        self.running.is_some_and(|r| r.busy)
     }
 
     /// True if there is an image to save.

@@ -75,6 +75,8 @@ impl Window {
             .build_ui_state(whole, app);
         let mut window = Self { harness, said };
         window.until("the scene is shown", |app| app.viewer().source().is_some());
+        // The panel's columns find their widths.
+        window.harness.run_steps(2);
         Some(window)
     }
 
@@ -267,19 +269,47 @@ fn images_are_saved_where_they_should() {
     let Some(mut window) = Window::showing("square") else { return };
     window.press("r");
     window.until("the image is complete", |app| matches!(app.viewer().mode(), Mode::Rendered(_)));
-    for (name, word) in [("typed.exr", "typed.exr was written"), ("typed.xyz", "typed.xyz")] {
+    let type_name = |window: &mut Window, name: &str| {
         window.harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
         window.harness.run_steps(2);
         window.harness.event(Event::Text(name.to_owned()));
         window.harness.step();
         window.harness.key_press(Key::Enter);
-        window.until(word, |app| {
-            let viewer = app.viewer();
-            [viewer.notice(), viewer.message()].into_iter().flatten().any(|text| text.contains(word))
-        });
-    }
+        window.harness.run_steps(2);
+    };
+    type_name(&mut window, "typed.xyz");
+    assert!(window.harness.query_by_label_contains("typed.xyz").is_some(), "the dialogue says what is wrong");
+    window.harness.key_press(Key::Escape);
+    window.harness.run_steps(2);
+    assert!(window.harness.state().viewer().has_picture(), "Esc closed the dialogue and no more");
+    type_name(&mut window, "typed.exr");
+    window.until("it is told", |app| {
+        app.viewer().notice().is_some_and(|n| n.contains("typed.exr was written"))
+    });
     assert!(penombre_image::load(&folder().join("typed.exr")).is_ok());
     assert!(!folder().join("typed.xyz").exists());
+}
+
+/// Esc leaves a field or closes a list; the program goes on.
+#[test]
+fn fields_and_lists_keep_their_keys() {
+    let Some(mut window) = Window::showing("cornell") else { return };
+    let goes_on = |window: &mut Window| {
+        window.harness.key_press(Key::Escape);
+        window.harness.run_steps(3);
+        !window.harness.state().is_closing()
+    };
+    window.harness.get_by_label("scene").click();
+    window.harness.run_steps(2);
+    assert!(window.harness.query_by_label("sphere-as-given").is_some(), "the list is open");
+    assert!(goes_on(&mut window), "Esc closes the list alone");
+    assert!(window.harness.query_by_label("sphere-as-given").is_none(), "the list is closed");
+    window.harness.get_by_label("samples per pixel").click();
+    window.harness.run_steps(2);
+    window.harness.event(Event::Text("3".to_owned()));
+    window.harness.step();
+    assert!(goes_on(&mut window), "Esc leaves the field alone");
+    assert!(!goes_on(&mut window), "then it means what it says");
 }
 
 #[test]
@@ -288,9 +318,9 @@ fn any_size_of_window_is_survived() {
     for size in [vec2(1.0, 1.0), vec2(PANEL_WIDTH, 2.0), vec2(3000.0, 3.0), vec2(PANEL_WIDTH + 64.0, 64.0)] {
         window.harness.set_size(size);
         window.harness.run_steps(3);
+        window.press("w");
+        window.press("w");
         window.press("r");
-        window.press("w");
-        window.press("w");
         assert!(window.harness.render().is_ok());
     }
     window.until("the last render is complete", |app| matches!(app.viewer().mode(), Mode::Rendered(_)));

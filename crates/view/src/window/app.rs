@@ -51,6 +51,10 @@ pub struct App {
     faults: Arc<Mutex<Vec<String>>>,
     /// The setup of the command that is shown, and that command.
     command: Option<(Setup, Source, Result<String, String>)>,
+    /// True once the window was asked to close.
+    closing: bool,
+    /// Whether keys were meant for the picture at the end of the frame before.
+    keyboard_was_free: bool,
     /// True if this frame started a render.
     started: bool,
     /// True until the first scene has given the window its size.
@@ -62,6 +66,8 @@ pub struct App {
 impl App {
     /// An app that draws with this card. `state` is `None` only where nothing is drawn.
     pub fn new(ctx: &egui::Context, state: Option<&RenderState>, start: Start, say: Say) -> Self {
+        // Ctrl with plus and minus would change the picture's size.
+        ctx.options_mut(|options| options.zoom_with_keyboard = false);
         let faults = Arc::new(Mutex::new(Vec::new()));
         let waker = ctx.clone();
         let wake: Wake = Arc::new(move || waker.request_repaint());
@@ -88,6 +94,8 @@ impl App {
             marker: start.latency_marker.then(Marker::default),
             faults,
             command: None,
+            closing: false,
+            keyboard_was_free: true,
             started: false,
             fit: start.size.is_none(),
             begin: Instant::now(),
@@ -112,6 +120,12 @@ impl App {
         self.tick(&ctx);
         self.draw(ui, picture);
         self.name_window(&ctx);
+        self.keyboard_was_free = self.keyboard_is_free(&ctx);
+    }
+
+    /// True if keys are meant for the picture.
+    fn keyboard_is_free(&self, ctx: &egui::Context) -> bool {
+        self.browser.is_none() && !ctx.text_edit_focused() && !egui::Popup::is_any_open(ctx)
     }
 
     /// Starts the live render when the camera has rested. A render that this frame started may show its first picture in
@@ -146,6 +160,7 @@ impl App {
                 self.desk.render(id, setup, beyond);
                 self.started = true;
             }
+            Action::CancelLoad => self.desk.cancel_load(),
             Action::CancelRender => self.desk.cancel(),
             Action::SaveImage { path, course_ppm } => self.save(&path, course_ppm),
             Action::OpenDialog => self.browse(Purpose::Open),
@@ -156,7 +171,10 @@ impl App {
                     resize(ctx, WINDOW_SIZE);
                 }
             }
-            Action::Quit => ctx.send_viewport_cmd(ViewportCommand::Close),
+            Action::Quit => {
+                self.closing = true;
+                ctx.send_viewport_cmd(ViewportCommand::Close);
+            }
             Action::Redraw | Action::ToggleWireframe(_) | Action::ShowHelp(_) => {}
         }
         ctx.request_repaint();
@@ -188,7 +206,8 @@ impl App {
             command: self.command.as_ref().map(|(_, _, command)| command),
             saving: self.desk.is_saving(),
         };
-        for done in panel::show(ui, &self.viewer, &shown) {
+        let done = panel::show(ui, &self.viewer, &shown);
+        for done in done.into_iter().filter(|_| is_first_pass(&ctx)) {
             let input = match done {
                 Done::Changed(change) => Input::Panel(change),
                 Done::Key(press) => Input::Key(press),
@@ -224,9 +243,13 @@ impl App {
             rect,
             scale,
             hovered: response.contains_pointer() && self.browser.is_none(),
-            keyboard: self.browser.is_none() && !ctx.text_edit_focused() && !egui::Popup::is_any_open(&ctx),
+            // What a field or a list had when the keys were pressed is theirs: Esc has closed them by now.
+            keyboard: self.keyboard_was_free && self.keyboard_is_free(&ctx),
         };
         let (events, dropped) = ui.input(|i| (i.events.clone(), i.raw.dropped_files.clone()));
+        if !is_first_pass(&ctx) {
+            return rect;
+        }
         if let Some(marker) = &mut self.marker {
             marker.count(&events);
         }
@@ -298,15 +321,14 @@ impl App {
     }
 
     fn save(&mut self, path: &Path, course_ppm: bool) {
-        let setup = self.viewer.setup();
         // The two files of `r` have one command.
-        if course_ppm && path.extension().is_some_and(|e| e == "ppm") {
-            let command = self.desk.session().map(|session| session.command_line(&setup));
-            if let Some(Ok(command)) = command {
-                (self.say)(&command);
-            }
+        if course_ppm
+            && path.extension().is_some_and(|e| e == "ppm")
+            && let Some(command) = self.desk.rendered_command()
+        {
+            (self.say)(&command);
         }
-        self.desk.save(path.to_owned(), course_ppm, &setup);
+        self.desk.save(path.to_owned(), course_ppm, self.viewer.settings());
     }
 
     fn name_window(&mut self, ctx: &egui::Context) {
@@ -329,10 +351,20 @@ impl App {
         self.screen.is_software()
     }
 
+    /// True once the window was asked to close.
+    pub fn is_closing(&self) -> bool {
+        self.closing
+    }
+
     /// The state machine, for tests.
     pub fn viewer(&self) -> &Viewer {
         &self.viewer
     }
+}
+
+/// A frame may be laid out again with the same events: what they say counts once.
+fn is_first_pass(ctx: &egui::Context) -> bool {
+    ctx.current_pass_index() == 0
 }
 
 /// Gives the picture that size, pixels, as far as the screen allows.
@@ -355,7 +387,11 @@ fn overlay(ctx: &egui::Context, title: &str, text: &str) -> bool {
         ui.set_width(room.x.clamp(40.0, OVERLAY_WIDTH));
         egui::ScrollArea::vertical().max_height(room.y.max(40.0)).show(ui, |ui| {
             // Broken files are quoted in messages, whatever they hold.
-            let shown = |c: char| if c.is_control() && c != '\n' { '·' } else { c };
+            let shown = |c: char| match c {
+                '\n' => c,
+                c if c.is_control() || c == char::REPLACEMENT_CHARACTER => '·',
+                c => c,
+            };
             let text: String = text.trim_end().chars().map(shown).collect();
             let text = egui::RichText::new(text).monospace().color(Color32::WHITE);
             ui.add(egui::Label::new(text).selectable(true).wrap());

@@ -3,6 +3,7 @@
 //! It is drawn in the window, so it works wherever the window does: with no desktop, no portal, over a network.
 
 use eframe::egui;
+use penombre_image::Format;
 use std::path::{Path, PathBuf};
 
 /// Most entries of a folder that are listed.
@@ -129,10 +130,11 @@ impl Browser {
         let (mut entered, mut chosen) = (None, false);
         let height = (ui.ctx().content_rect().height() - 220.0).clamp(40.0, 260.0);
         egui::ScrollArea::vertical().max_height(height).min_scrolled_height(height).show(ui, |ui| {
-            ui.set_min_width(ui.available_width());
+            ui.set_min_size(egui::vec2(ui.available_width(), height));
             for entry in &self.entries {
                 let shown = if entry.is_file { entry.name.clone() } else { format!("{}/", entry.name) };
-                let response = ui.selectable_label(self.text == entry.name, shown);
+                let label = egui::Button::selectable(self.text == entry.name, shown).truncate();
+                let response = ui.add(label);
                 if entry.is_file && response.clicked() {
                     self.text.clone_from(&entry.name);
                     self.replace = None;
@@ -153,7 +155,7 @@ impl Browser {
     fn enter(&mut self, folder: &Path) {
         self.replace = None;
         let folder = std::path::absolute(folder).unwrap_or_else(|_| folder.to_owned());
-        match entries(&folder) {
+        match entries(&folder, self.purpose) {
             Ok(entries) => (self.folder, self.entries, self.fault) = (folder, entries, String::new()),
             Err(error) => self.fault = format!("{}: {error}", folder.display()),
         }
@@ -167,7 +169,16 @@ impl Browser {
             self.text.clear();
             return None;
         }
+        let folder = path.parent().is_some_and(Path::is_dir);
         match self.purpose {
+            Purpose::Save if !folder => {
+                self.fault = format!("there is no folder for {}", path.display());
+                None
+            }
+            Purpose::Save if let Err(error) = Format::from_path(&path) => {
+                self.fault = error.to_string();
+                None
+            }
             Purpose::Open if !path.exists() => {
                 self.fault = format!("there is no file {}", path.display());
                 None
@@ -182,14 +193,31 @@ impl Browser {
     }
 }
 
-/// Names in a folder, folders first; hidden ones are left out.
-fn entries(folder: &Path) -> std::io::Result<Vec<Entry>> {
+/// Files that can be opened.
+const SCENES: [&str; 3] = ["toml", "obj", "off"];
+
+impl Purpose {
+    /// Whether a file of that name is of interest.
+    fn lists(self, name: &str) -> bool {
+        let path = Path::new(name);
+        match self {
+            Self::Open => {
+                SCENES.iter().any(|scene| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(scene)))
+            }
+            Self::Save => Format::from_path(path).is_ok(),
+        }
+    }
+}
+
+/// Folders, then files of interest; hidden ones are left out.
+fn entries(folder: &Path, purpose: Purpose) -> std::io::Result<Vec<Entry>> {
     let mut entries = Vec::new();
     for entry in std::fs::read_dir(folder)?.flatten().take(MOST_ENTRIES) {
         // What links lead to counts.
         let is_file = !entry.path().is_dir();
         if let Ok(name) = entry.file_name().into_string()
             && !name.starts_with('.')
+            && (!is_file || purpose.lists(&name))
         {
             entries.push(Entry { is_file, name });
         }

@@ -3,7 +3,7 @@
 use super::gpu::{Gpu, GpuEdges, GpuMesh};
 use super::task::Task;
 use crate::progressive::{Options, Renders, Snapshot, State};
-use crate::session::{Loading, Session, Setup, Source};
+use crate::session::{Loading, Session, Settings, Setup, Source};
 use crate::state::{Input, RenderEvent};
 use penombre_image::WriteOptions;
 use std::path::PathBuf;
@@ -28,6 +28,8 @@ struct Stage {
 /// The render that is shown.
 struct Current {
     id: u64,
+    session: Session,
+    setup: Setup,
     /// The newest picture.
     newest: Option<Snapshot>,
     /// True once its end was reported.
@@ -43,13 +45,16 @@ pub struct Desk {
     renders: Renders,
     current: Option<Current>,
     saves: Vec<Task<Result<String, String>>>,
+    /// What is to be told with the next news.
+    pending: Vec<Input>,
 }
 
 impl Desk {
     /// An empty desk. Without a card, no preview is drawn.
     pub fn new(gpu: Option<Gpu>, wake: Wake) -> Self {
         let renders = Renders::default();
-        Self { gpu, wake, stage: None, loading: None, renders, current: None, saves: Vec::new() }
+        let (saves, pending) = (Vec::new(), Vec::new());
+        Self { gpu, wake, stage: None, loading: None, renders, current: None, saves, pending }
     }
 
     /// Loads a scene; `size`: of the picture, pixels; `None`: what the scene says.
@@ -57,6 +62,11 @@ impl Desk {
         let gpu = self.gpu.clone();
         let prepare = move |session: &Session| gpu.map(|gpu| Arc::new(GpuMesh::new(&gpu, session.preview())));
         self.loading = Some(Loading::start(source, size, prepare, self.wake.clone()));
+    }
+
+    /// Forgets the scene that is being loaded.
+    pub fn cancel_load(&mut self) {
+        self.loading = None;
     }
 
     /// Starts a render of the scene that is shown.
@@ -67,8 +77,9 @@ impl Desk {
         if self.gpu.as_ref().is_some_and(Gpu::is_software) {
             options.interval = SOFTWARE_INTERVAL;
         }
-        self.renders.start(move || session.plan(&setup), options);
-        self.current = Some(Current { id, newest: None, ended: false });
+        let (theirs, wanted) = (session.clone(), setup.clone());
+        self.renders.start(move || theirs.plan(&wanted), options);
+        self.current = Some(Current { id, session, setup, newest: None, ended: false });
     }
 
     /// Waits a moment for the render's first picture, so that the frame that started it can show it.
@@ -83,15 +94,19 @@ impl Desk {
         self.renders.cancel();
     }
 
-    /// Writes the image of exactly the asked samples if there is one, else the newest, with the tone curve and the
-    /// exposure of `setup`.
-    pub fn save(&mut self, path: PathBuf, course_ppm: bool, setup: &Setup) {
-        let (Some(stage), Some(current)) = (&self.stage, &self.current) else { return };
-        let complete = self.renders.current().and_then(|render| render.complete());
-        let Some(picture) = complete.or_else(|| current.newest.clone()) else { return };
-        let settings = &setup.settings;
-        let (tone, exposure) = (stage.session.tone(settings), settings.exposure);
-        let (session, setup) = (stage.session.clone(), setup.clone());
+    /// Writes the newest image, or with `exact` that of exactly the asked samples, with the tone curve and the exposure of
+    /// `shown`. The image may be older than the scene that is shown by now: it is written with the data of its own.
+    pub fn save(&mut self, path: PathBuf, exact: bool, shown: &Settings) {
+        let complete = self.renders.current().and_then(|render| render.complete()).filter(|_| exact);
+        let newest = self.current.as_ref().and_then(|current| current.newest.clone());
+        let (Some(current), Some(picture)) = (&self.current, complete.or(newest)) else {
+            let message = format!("{} was not written: there is no image", path.display());
+            self.pending.push(Input::Saved(Err(message)));
+            return;
+        };
+        let (session, mut setup) = (current.session.clone(), current.setup.clone());
+        (setup.settings.tone, setup.settings.exposure) = (shown.tone, shown.exposure);
+        let (tone, exposure, course_ppm) = (session.tone(&setup.settings), shown.exposure, exact);
         let write = move || {
             let metadata = session.provenance(&setup, picture.figures.spp);
             let options = WriteOptions { tone, exposure, course_ppm, metadata };
@@ -106,7 +121,7 @@ impl Desk {
 
     /// What came of it since the last call.
     pub fn poll(&mut self) -> Vec<Input> {
-        let mut news = Vec::new();
+        let mut news = std::mem::take(&mut self.pending);
         if let Some(loading) = &mut self.loading
             && let Some(result) = loading.poll()
         {
@@ -136,7 +151,6 @@ impl Desk {
             Ok((session, mesh)) => {
                 let (camera, bounds) = (session.start_camera(), session.bounds());
                 self.renders.cancel();
-                self.current = None;
                 self.stage = Some(Stage { session, mesh, edges: None, finding: None });
                 Input::Loaded { source, camera, bounds }
             }
@@ -186,6 +200,12 @@ impl Desk {
     /// The newest picture of the render that is shown.
     pub fn picture(&self) -> Option<&Snapshot> {
         self.current.as_ref()?.newest.as_ref()
+    }
+
+    /// The command that gives the image of the asked samples, and its setup: what `r` has rendered.
+    pub fn rendered_command(&self) -> Option<String> {
+        let current = self.current.as_ref()?;
+        current.session.command_line(&current.setup).ok()
     }
 
     /// True while something is written.

@@ -43,13 +43,11 @@ pub fn show(ui: &mut Ui, viewer: &Viewer, shown: &Shown<'_>) -> Vec<Done> {
             ui.separator();
             progress(ui, viewer, shown);
             ui.separator();
-            if let Some(session) = shown.session {
-                values(ui, viewer, session, &mut done);
-            }
+            values(ui, viewer, shown.session, &mut done);
             switches(ui, viewer, &mut done);
-            ui.separator();
-            command(ui, shown);
             notes(ui, viewer, shown);
+            ui.separator();
+            command(ui, viewer, shown);
             done
         })
         .inner
@@ -60,8 +58,7 @@ pub fn show(ui: &mut Ui, viewer: &Viewer, shown: &Shown<'_>) -> Vec<Done> {
 fn buttons(ui: &mut Ui, viewer: &Viewer, done: &mut Vec<Done>) {
     use crate::keys::{Key, KeyPress};
     ui.horizontal(|ui| {
-        let busy = matches!(viewer.mode(), Mode::Rendering(_));
-        let (text, press, hint) = match busy {
+        let (text, press, hint) = match viewer.is_busy() {
             true => ("Stop", KeyPress::key(Key::Escape), "Esc"),
             false => ("Render", KeyPress::char('r'), "r"),
         };
@@ -85,18 +82,23 @@ fn progress(ui: &mut Ui, viewer: &Viewer, shown: &Shown<'_>) {
         Mode::Rendering(Some(figures)) => ("rendering", Some(figures)),
         Mode::Rendered(figures) => ("image", Some(figures)),
     };
-    let word = if viewer.loading().is_some() { "loading" } else { word };
+    let (word, figures) = if viewer.loading().is_some() { ("loading", None) } else { (word, figures) };
+    let beyond = viewer.is_busy() && matches!(viewer.mode(), Mode::Rendered(_));
     let room = egui::vec2(ui.available_width(), ui.spacing().interact_size.y);
     match figures {
         Some(f) => {
             let part = (f.spp / f64::from(f.target.max(1))) as f32;
-            let text = format!("{word}: {:.0} of {} spp", f.spp.floor(), f.target);
+            let (part, text) = match beyond {
+                true => (1.0, format!("{word}: {:.0} spp, going on", f.spp.floor())),
+                false => (part, format!("{word}: {:.0} of {} spp", f.spp.floor(), f.target)),
+            };
             ui.add_sized(room, egui::ProgressBar::new(part).text(text))
         }
         // As high, so that nothing moves.
         None => ui.add_sized(room, egui::Label::new(word)),
     };
-    ui.label(figures.map_or_else(String::new, |figures| rate(&figures)));
+    let open = |f: Figures| Figures { seconds_left: if beyond { 0.0 } else { f.seconds_left }, ..f };
+    ui.label(figures.map_or_else(String::new, |figures| rate(&open(figures))));
     if shown.saving {
         ui.label("saving …");
     } else if let Some(notice) = viewer.notice() {
@@ -126,23 +128,29 @@ fn duration(seconds: f64) -> String {
 }
 
 /// The values of the render, as the scene has them or as they were changed.
-fn values(ui: &mut Ui, viewer: &Viewer, session: &Session, done: &mut Vec<Done>) {
-    let (settings, scene) = (viewer.settings(), session.values());
+fn values(ui: &mut Ui, viewer: &Viewer, session: Option<&Session>, done: &mut Vec<Done>) {
+    let settings = viewer.settings();
     let mut change = |c: PanelChange| done.push(Done::Changed(c));
     egui::Grid::new("values").num_columns(2).show(ui, |ui| {
         labelled(ui, "scene", |ui| scenes(ui, session, &mut change));
+        let Some(session) = session else { return };
+        let scene = session.values();
         let integrator = settings.integrator.as_ref().unwrap_or(&scene.integrator);
         labelled(ui, "integrator", |ui| integrators(ui, integrator, &mut change));
         if integrator == Classic::NAME {
             classic(ui, settings, session, &mut change);
         }
         let mut spp = settings.spp.unwrap_or(scene.spp);
-        let drag = egui::DragValue::new(&mut spp).range(1..=1 << 24).speed(1.0);
+        let drag = egui::DragValue::new(&mut spp).range(1..=1 << 24).speed(1.0).update_while_editing(false);
         if labelled(ui, "samples per pixel", |ui| ui.add(drag)).changed() {
             change(PanelChange::Spp(Some(spp)));
         }
         let mut exposure = settings.exposure;
-        let drag = egui::DragValue::new(&mut exposure).range(-20.0..=20.0).speed(0.02).suffix(" EV");
+        let drag = egui::DragValue::new(&mut exposure)
+            .range(-20.0..=20.0)
+            .speed(0.02)
+            .suffix(" EV")
+            .update_while_editing(false);
         if labelled(ui, "exposure", |ui| ui.add(drag)).changed() {
             change(PanelChange::Exposure(exposure));
         }
@@ -170,11 +178,12 @@ impl Named for egui::Response {
     }
 }
 
-fn scenes(ui: &mut Ui, session: &Session, change: &mut dyn FnMut(PanelChange)) -> egui::Response {
-    let combo = egui::ComboBox::from_id_salt("scene").selected_text(session.name());
+fn scenes(ui: &mut Ui, session: Option<&Session>, change: &mut dyn FnMut(PanelChange)) -> egui::Response {
+    let combo = egui::ComboBox::from_id_salt("scene").selected_text(session.map_or("none", Session::name));
     let response = combo.show_ui(ui, |ui| {
         for name in penombre_scene::builtin::NAMES {
-            if ui.selectable_label(session.source().scene == name, name).clicked() {
+            let chosen = session.is_some_and(|session| session.source().scene == name);
+            if ui.selectable_label(chosen, name).clicked() {
                 change(PanelChange::Scene(name.to_owned()));
             }
         }
@@ -214,12 +223,12 @@ fn classic(ui: &mut Ui, settings: &Settings, session: &Session, change: &mut dyn
     if labelled(ui, "hard shadows", |ui| ui.checkbox(&mut hard, "")).changed() {
         change(PanelChange::HardShadows(Some(hard)));
     }
-    if let Some(own) = scene.shadow_samples {
-        let mut samples = settings.shadow_samples.unwrap_or(own);
-        let drag = egui::DragValue::new(&mut samples).range(1..=65536).speed(0.2);
-        if labelled(ui, "shadow samples", |ui| ui.add_enabled(!hard, drag)).changed() {
-            change(PanelChange::ShadowSamples(Some(samples)));
-        }
+    // Also where no light has an area, so that the rows below stay where they are.
+    let mut samples = settings.shadow_samples.or(scene.shadow_samples).unwrap_or(1);
+    let able = scene.shadow_samples.is_some() && !hard;
+    let drag = egui::DragValue::new(&mut samples).range(1..=65536).speed(0.2).update_while_editing(false);
+    if labelled(ui, "shadow samples", |ui| ui.add_enabled(able, drag)).changed() {
+        change(PanelChange::ShadowSamples(Some(samples)));
     }
 }
 
@@ -258,14 +267,20 @@ fn switches(ui: &mut Ui, viewer: &Viewer, done: &mut Vec<Done>) {
 }
 
 /// The command that gives the same image.
-fn command(ui: &mut Ui, shown: &Shown<'_>) {
+fn command(ui: &mut Ui, viewer: &Viewer, shown: &Shown<'_>) {
     let Some(command) = shown.command else { return };
+    let beyond = viewer.goes_beyond() && matches!(viewer.mode(), Mode::Rendered(_));
+    let title = match command {
+        Ok(_) if beyond => "its first samples from the command line",
+        Ok(_) => "the same from the command line",
+        Err(_) => "no command gives the same",
+    };
     let text = match command {
         Ok(text) | Err(text) => text,
     };
     ui.horizontal(|ui| {
-        ui.label("the same from the command line");
-        if command.is_ok() && ui.button("Copy").clicked() {
+        ui.label(title);
+        if ui.button("Copy").clicked() {
             ui.ctx().copy_text(text.clone());
         }
     });

@@ -1,11 +1,9 @@
 //! What one picture of the preview depends on besides the scene, as the shader's uniform block.
 
 use crate::camera::{CourseCamera, Lens};
-use crate::preview::PreviewLight;
+use crate::preview::{MOST_LIGHTS as LIGHTS, PreviewLight};
 use penombre_math::{DVec3, float};
 
-/// Most lights that the preview adds up, as in `preview.wgsl`; further ones are left out.
-pub const LIGHTS: usize = 64;
 /// Part of the head light where the scene has lights of its own.
 const HEAD_LIGHT: f32 = 0.3;
 

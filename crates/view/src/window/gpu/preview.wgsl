@@ -1,6 +1,6 @@
 // Phong per pixel for the raster preview, in eye space: x right, y up, the eye at the origin looking along -z.
 
-// As `LIGHTS` in gpu/frame.rs.
+// As `MOST_LIGHTS` in preview.rs.
 const LIGHTS: u32 = 64u;
 const FLAT: u32 = 1u;
 const SRGB: u32 = 2u;
