@@ -271,14 +271,15 @@ fn command(ui: &mut Ui, viewer: &Viewer, shown: &Shown<'_>) {
     let Some(command) = shown.command else { return };
     let beyond = viewer.goes_beyond() && matches!(viewer.mode(), Mode::Rendered(_));
     let title = match command {
-        Ok(_) if beyond => "its first samples from the command line",
+        Ok(_) if beyond => "its first samples as a command",
         Ok(_) => "the same from the command line",
         Err(_) => "no command gives the same",
     };
     let text = match command {
         Ok(text) | Err(text) => text,
     };
-    ui.horizontal(|ui| {
+    // A row that is too wide would widen the panel, and so change the picture's size.
+    ui.horizontal_wrapped(|ui| {
         ui.label(title);
         if ui.button("Copy").clicked() {
             ui.ctx().copy_text(text.clone());
