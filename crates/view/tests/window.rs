@@ -312,6 +312,26 @@ fn fields_and_lists_keep_their_keys() {
     assert!(!goes_on(&mut window), "then it means what it says");
 }
 
+/// A render that goes on beyond the asked samples keeps its image on the screen, can be stopped, and `r` does not begin
+/// it anew.
+#[test]
+fn images_beyond_the_asked_samples() {
+    let Some(mut window) = Window::showing("square") else { return };
+    window.harness.get_by_label("go on and on").click();
+    window.harness.run_steps(2);
+    window.press("r");
+    window.until(
+        "the image has more samples than were asked for",
+        |app| matches!(app.viewer().mode(), Mode::Rendered(figures) if figures.spp > 60.0),
+    );
+    window.press("r");
+    assert!(matches!(window.harness.state().viewer().mode(), Mode::Rendered(_)), "it goes on");
+    window.harness.get_by_label("Stop").click();
+    window.harness.run_steps(3);
+    assert!(window.harness.query_by_label("Render").is_some());
+    assert!(window.harness.state().viewer().has_picture());
+}
+
 #[test]
 fn any_size_of_window_is_survived() {
     let Some(mut window) = Window::showing("cornell") else { return };

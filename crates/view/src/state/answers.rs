@@ -16,7 +16,7 @@ impl Viewer {
         Setup { size, camera: self.camera, settings: self.settings.clone() }
     }
 
-    /// Seconds until the next [`Input::Tick`] should come: the live render waits for the camera to rest. `None` while
+    /// Seconds until the next [`super::Input::Tick`] should come: the live render waits for the camera to rest. `None` while
     /// a tick would start nothing.
     pub fn next_tick(&self, now: f64) -> Option<f64> {
         let able = self.live && !self.wireframe && self.source.is_some();
