@@ -8,7 +8,7 @@
 use crate::bvh::Tree;
 use crate::kernel::item;
 use crate::lanes::Machine;
-use crate::node::{BoxRay, ChildRef, Kind};
+use crate::node::{BoxRay, ChildRef, Kind, Node};
 use crate::prepared::PreparedRay;
 use crate::primitive::{Key, Meeting};
 use crate::query::{Any, Closest, Query};
@@ -95,16 +95,9 @@ impl<'a, Q: Query> Walker<'a, Q> {
             self.current = node.child(mask.trailing_zeros());
             return false;
         }
-        let last = mask.count_ones() as usize - 1;
-        let octant = self.boxes.octant;
-        let (refs, entries) = self.stack.room();
-        if Q::NEAREST_FIRST {
-            M::arrange(mask, node.order(octant), node.children(), entry, refs, entries);
-        } else {
-            M::compress(mask, node.children(), refs);
-        }
-        self.current = ChildRef(refs[last % 8]);
-        self.stack.len += last;
+        self.put_aside::<M>(node, mask, entry);
+        self.stack.len -= 1;
+        self.current = ChildRef(self.stack.refs[self.stack.len]);
         false
     }
 
@@ -113,6 +106,13 @@ impl<'a, Q: Query> Walker<'a, Q> {
     fn visit_node<M: Machine>(&mut self) -> bool {
         let node = item(&self.tree.nodes, self.current.index());
         let (mask, entry) = node.cross::<M>(&self.boxes, self.limit);
+        self.put_aside::<M>(node, mask, entry);
+        self.pop()
+    }
+
+    /// Puts the children in `mask` on the stack, the nearest last if that matters.
+    #[inline(always)]
+    fn put_aside<M: Machine>(&mut self, node: &Node, mask: u32, entry: M::Eight) {
         let octant = self.boxes.octant;
         let (refs, entries) = self.stack.room();
         if Q::NEAREST_FIRST {
@@ -121,7 +121,6 @@ impl<'a, Q: Query> Walker<'a, Q> {
             M::compress(mask, node.children(), refs);
         }
         self.stack.len += mask.count_ones() as usize;
-        self.pop()
     }
 
     /// Goes on with what was put aside last; true if there is nothing.
