@@ -8,23 +8,26 @@ use std::path::{Path, PathBuf};
 
 const RUNS: usize = 3;
 
-/// Runs the benchmark called `name`, or all but the window's, which needs a virtual screen. Only the kernels' takes
-/// options.
+/// Runs the benchmark called `name`, or those that take neither a virtual screen nor long: the kernels' and the box. Those of
+/// the kernels take options.
 pub fn run(name: Option<&str>, options: &[&str]) -> Outcome {
     match (name, options) {
-        (Some("kernels"), _) => kernels(options),
+        (Some("kernels"), _) => kernels(None, options),
+        (Some(name @ ("agree" | "scale")), _) => kernels(Some(name), options),
         (Some("cornell"), []) => cornell(),
         (Some("window"), []) => window(),
-        (None, _) => kernels(&[]).and_then(|()| cornell()),
+        (None, _) => kernels(None, &[]).and_then(|()| cornell()),
         (Some(name @ ("cornell" | "window")), _) => Err(format!("the benchmark `{name}` takes no options")),
-        (Some(other), _) => Err(format!("no benchmark `{other}`: kernels, cornell, window")),
+        (Some(other), _) => Err(format!("no benchmark `{other}`: kernels, agree, scale, cornell, window")),
     }
 }
 
-/// Times the ray kernels, against Embree if `EMBREE_LIB` names its library.
-fn kernels(options: &[&str]) -> Outcome {
-    let options = with_absolute_meshes(options)?;
+/// Times the ray kernels, or does something else with them that has a name; against Embree if `EMBREE_LIB` names its
+/// library.
+fn kernels(task: Option<&str>, options: &[&str]) -> Outcome {
+    let options = with_absolute_files(options)?;
     let mut words = vec!["bench", "-p", "penombre-bvh", "--bench", "kernels", "--"];
+    words.extend(task);
     words.extend(options.iter().map(String::as_str));
     let mut call = Call::cargo(&words);
     if let Some(folder) = test_data() {
@@ -36,13 +39,13 @@ fn kernels(options: &[&str]) -> Outcome {
     call.status()
 }
 
-/// The benchmark runs in the folder of its crate: what follows `--mesh` is made independent of the folder. A leading
-/// `--` is left out.
-fn with_absolute_meshes(options: &[&str]) -> Result<Vec<String>, String> {
+/// The benchmark runs in the folder of its crate: files that follow `--mesh` and `--svg` are made independent of the
+/// folder. A leading `--` is left out.
+fn with_absolute_files(options: &[&str]) -> Result<Vec<String>, String> {
     let options = options.strip_prefix(&["--"]).unwrap_or(options);
     let mut words = Vec::new();
     for (i, option) in options.iter().enumerate() {
-        let is_file = i > 0 && options[i - 1] == "--mesh";
+        let is_file = i > 0 && ["--mesh", "--svg"].contains(&options[i - 1]);
         words.push(if is_file {
             absolute(option)?.to_string_lossy().into_owned()
         } else {
@@ -104,13 +107,13 @@ mod tests {
 
     #[test]
     fn unknown_names_are_refused() {
-        assert!(run(Some("nothing"), &[]).unwrap_err().contains("kernels, cornell, window"));
+        assert!(run(Some("nothing"), &[]).unwrap_err().contains("kernels, agree, scale, cornell, window"));
         assert!(run(Some("window"), &["--json"]).unwrap_err().contains("takes no options"));
     }
 
     #[test]
     fn files_of_the_kernels_benchmark_are_found_from_its_folder() {
-        let words = with_absolute_meshes(&["--", "--only", "a.obj", "--mesh", "a.obj"]).unwrap();
+        let words = with_absolute_files(&["--", "--only", "a.obj", "--mesh", "a.obj"]).unwrap();
         assert_eq!(words[..3], ["--only", "a.obj", "--mesh"]);
         assert!(Path::new(&words[3]).is_absolute() && words[3].ends_with("a.obj"), "{words:?}");
     }

@@ -21,9 +21,11 @@ cargo xtask TASK
   fmt [--check]    rustfmt over every source file, also those that `cargo fmt` does not find
   tidy             house rules: crate and room graph, lengths, forbidden calls, citations
   gallery          renders the pictures of the README into docs/images/
-  bench [NAME]     figures on this machine: kernels, cornell (default: both); window: how soon it shows input.
-                   kernels takes options: --only NAME-PART of a built-in mesh, --mesh FILE (OBJ or OFF, repeatable),
-                   --rays N, --reps N, --json; with EMBREE_LIB naming Embree 4's library it compares
+  bench [NAME]     figures on this machine: kernels, cornell (default: both); agree: where the kernels and Embree differ,
+                   who is right; scale: from 10^3 to 10^7 triangles, and 10^6 instances; window: how soon it shows input.
+                   kernels and agree take options: --only NAME-PART of a built-in mesh, --mesh FILE (OBJ or OFF,
+                   repeatable), --rays N, --reps N, --json; scale: --largest TRIANGLES, --instances N, --rays N, --reps N,
+                   --svg FILE, --json; with EMBREE_LIB naming Embree 4's library they compare (agree needs it)
   help             this page
 
 Needs: the toolchain of rust-toolchain or rust-version with rustfmt and clippy, a C linker (Debian: build-essential),

@@ -1,36 +1,42 @@
 //! The hierarchy itself.
 
-use crate::builder::{self, Shape};
+use crate::builder::{self, Dormant, Shape};
 use crate::few;
 use crate::kernel::Kernel;
+use crate::kernel::pages::Pages;
 use crate::node::Node;
 use crate::primitive::{DiskRecord, InstanceRecord, QuadRecord, SphereRecord, TriangleBlock};
-use crate::{BuildError, BuildOptions, Geometry, Hit, PrimitiveCounts, Ray, Stats};
+use crate::{BuildError, BuildOptions, Geometry, Hit, PrimitiveCounts, Ray, RefitError, Stats};
 use penombre_math::Bounds3;
 use std::collections::BTreeSet;
 use std::fmt;
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
-/// A bounding volume hierarchy: an immutable set of primitives that answers rays. Share it between threads
-/// freely.
+/// A bounding volume hierarchy: a set of primitives that answers rays. Share it between threads freely.
 pub struct Bvh {
     pub(crate) tree: Tree,
     kernel: Kernel,
     stats: Stats,
+    /// Kind and number of primitives of each geometry that it was built from.
+    inventory: Vec<(u8, usize)>,
+    build_time: Duration,
 }
 
 /// Nodes and leaves of one level.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tree {
     /// The root is the first; there always is one.
-    pub(crate) nodes: Vec<Node>,
-    pub(crate) blocks: Vec<TriangleBlock>,
+    pub(crate) nodes: Pages<Node>,
+    pub(crate) blocks: Pages<TriangleBlock>,
+    /// Numbers of the first primitives of the geometries among all.
+    pub(crate) starts: Vec<u32>,
     pub(crate) spheres: Vec<SphereRecord>,
     pub(crate) quads: Vec<QuadRecord>,
     pub(crate) disks: Vec<DiskRecord>,
     pub(crate) instances: Vec<InstanceRecord>,
     pub(crate) bounds: Bounds3,
-    /// The largest coordinate of `bounds`; 0 if there is nothing.
+    /// The largest coordinate of all boxes; 0 if there is nothing.
     pub(crate) extent: f32,
     /// Nodes on the longest way down.
     pub(crate) depth: usize,
@@ -38,6 +44,10 @@ pub(crate) struct Tree {
     pub(crate) stack: usize,
     /// By how much hits may lie beside their boxes, as a share of the distance to the farthest corner.
     pub(crate) aside: f32,
+    /// Larger than the caches next to a core.
+    pub(crate) large: bool,
+    /// Triangles that cannot be hit at present but have a place in a block, in the order of the blocks.
+    pub(crate) dormant: Vec<Dormant>,
     /// So few primitives that rays test all of them and leave the nodes alone.
     pub(crate) few: bool,
 }
@@ -45,8 +55,11 @@ pub(crate) struct Tree {
 /// What spheres and disks need as `aside`; less than 16 roundings of 2⁻⁵³.
 const ROUND_ASIDE: f64 = 1.0 / (1u64 << 44) as f64;
 
+/// Bytes of a tree from which on it pays to say ahead what will be read. TODO measure
+const LARGE: usize = 8 << 20;
+
 impl Tree {
-    /// To be called once all leaves are there.
+    /// To be called once all leaves are there, and `extent` and `depth` known.
     pub(crate) fn finish(&mut self) {
         let round = if self.spheres.is_empty() && self.disks.is_empty() { 0.0 } else { ROUND_ASIDE };
         let quads = self.quads.iter().map(QuadRecord::aside).fold(round, f64::max);
@@ -54,9 +67,8 @@ impl Tree {
         self.aside = all as f32;
         let nested = self.instances.iter().map(|i| i.bvh.tree.depth).max().unwrap_or(0);
         self.stack = 7 * (self.depth + nested) + 16;
-        let corner = self.bounds.min.abs().max(self.bounds.max.abs());
-        self.extent = if self.bounds.is_empty() { 0.0 } else { corner.max_element() };
         self.few = few::suits(self);
+        self.large = self.bytes() > LARGE;
     }
 
     fn bytes(&self) -> usize {
@@ -66,6 +78,7 @@ impl Tree {
             + size_of_val(&*self.quads)
             + size_of_val(&*self.disks)
             + size_of_val(&*self.instances)
+            + size_of_val(&*self.dormant)
     }
 }
 
@@ -87,27 +100,64 @@ impl Bvh {
     /// A triangle with a vertex index out of range, an instance of a hierarchy with instances, or more than
     /// 2²⁹ primitives.
     pub fn build(geometries: Vec<Geometry>, options: &BuildOptions) -> Result<Self, BuildError> {
-        let collected = builder::collect(&geometries)?;
+        Self::build_on(geometries, options, builder::all_threads())
+    }
+
+    /// [`Bvh::build`] with so many threads.
+    pub(crate) fn build_on(
+        geometries: Vec<Geometry>,
+        options: &BuildOptions,
+        threads: usize,
+    ) -> Result<Self, BuildError> {
+        let start = Instant::now();
+        let inventory = builder::inventory(&geometries);
+        let collected = builder::collect(&geometries, threads)?;
+        let (skipped, triangles) = (collected.skipped, collected.triangles());
+        let (tree, shape) = builder::build(collected, options, threads);
+        let stats = summary(&tree, &shape, triangles, skipped);
+        Ok(Self { tree, kernel: Kernel::best(), stats, inventory, build_time: start.elapsed() })
+    }
+
+    /// Moves the hierarchy along with its primitives, several times as fast as building it anew: the same lists of
+    /// geometries as it was built from, with other positions (and indices, radii, places of instances). Hits are exactly
+    /// those of a new build. Triangles that cannot be hit any more are skipped, and come back when they can.
+    ///
+    /// Nodes and leaves stay what they are, so rays take longer the more the arrangement changes: compare
+    /// [`Stats::sah_cost`] with what it was after the build; from about half more on, build anew. Parts of long triangles
+    /// ([`Quality::High`](crate::Quality::High)) become whole ones, so that the cost rises at first, by several
+    /// times where most triangles are long: build what is to move with [`Quality::Fast`](crate::Quality::Fast).
+    ///
+    /// # Errors
+    /// Other kinds or numbers of primitives, primitives that could not be hit when the hierarchy was built and now can,
+    /// others than triangles that no longer can, and whatever [`Bvh::build`] refuses. The hierarchy is unchanged then.
+    pub fn refit(&mut self, geometries: Vec<Geometry>) -> Result<(), RefitError> {
+        let threads = builder::all_threads();
+        builder::compare(&self.inventory, &builder::inventory(&geometries))?;
+        let collected = builder::collect(&geometries, threads)?;
         let skipped = collected.skipped;
-        let (tree, shape) = builder::build(collected, options);
-        let stats = summary(&tree, &shape, skipped);
-        Ok(Self { tree, kernel: Kernel::best(), stats })
+        let old = Shape { leaves: self.stats.leaves, depth: self.stats.depth, sah_cost: self.stats.sah_cost };
+        let (shape, triangles) = builder::refit(&mut self.tree, &old, collected, threads)?;
+        self.stats = summary(&self.tree, &shape, triangles, skipped);
+        Ok(())
+    }
+
+    /// How long the build took.
+    pub fn build_time(&self) -> Duration {
+        self.build_time
     }
 
     /// The closest hit of one ray, [`Hit::MISS`] if there is none. Of several at the same distance, the one
     /// with the smallest place in the list of geometries (an instance counts by its own), then in the nested
     /// list, then primitive index.
     pub fn closest(&self, ray: &Ray) -> Hit {
-        let mut hit = [Hit::MISS];
-        self.kernel.closest(self, std::slice::from_ref(ray), &mut hit);
-        hit[0]
+        let mut hit = Hit::MISS;
+        self.kernel.closest_one(self, ray, &mut hit);
+        hit
     }
 
     /// Whether the ray hits anything; the same as `closest(ray).is_hit()`, sooner.
     pub fn occluded(&self, ray: &Ray) -> bool {
-        let mut blocked = [false];
-        self.kernel.occluded(self, std::slice::from_ref(ray), &mut blocked);
-        blocked[0]
+        self.kernel.occluded_one(self, ray)
     }
 
     /// [`Bvh::closest`] of every ray into the same place of `hits`: the same bits, faster.
@@ -149,17 +199,23 @@ impl Bvh {
     /// The same hierarchy on each kind of processor that this one can stand for.
     #[cfg(test)]
     pub(crate) fn on_all_kernels(&self) -> impl Iterator<Item = Self> {
-        Kernel::all().into_iter().map(|kernel| Self { kernel, tree: self.tree.clone(), stats: self.stats })
+        Kernel::all().into_iter().map(|kernel| self.with(kernel, self.tree.clone()))
     }
 
     /// The same hierarchy, using its nodes however few primitives there are.
     #[cfg(test)]
     pub(crate) fn through_nodes(&self) -> Self {
-        Self { kernel: self.kernel, tree: Tree { few: false, ..self.tree.clone() }, stats: self.stats }
+        self.with(self.kernel, Tree { few: false, ..self.tree.clone() })
+    }
+
+    #[cfg(test)]
+    fn with(&self, kernel: Kernel, tree: Tree) -> Self {
+        let inventory = self.inventory.clone();
+        Self { tree, kernel, stats: self.stats, inventory, build_time: self.build_time }
     }
 }
 
-fn summary(tree: &Tree, shape: &Shape, skipped: usize) -> Stats {
+fn summary(tree: &Tree, shape: &Shape, triangles: usize, skipped: usize) -> Stats {
     let mut seen = BTreeSet::new();
     let nested = tree.instances.iter().filter(|i| seen.insert(Arc::as_ptr(&i.bvh)));
     Stats {
@@ -169,7 +225,7 @@ fn summary(tree: &Tree, shape: &Shape, skipped: usize) -> Stats {
         sah_cost: shape.sah_cost,
         bytes: tree.bytes() + nested.map(|i| i.bvh.stats.bytes).sum::<usize>(),
         primitives: PrimitiveCounts {
-            triangles: shape.triangles,
+            triangles,
             spheres: tree.spheres.len(),
             quads: tree.quads.len(),
             disks: tree.disks.len(),

@@ -7,9 +7,6 @@ use crate::primitive::{Key, Meetings};
 use crate::query::{Closest, Query};
 use crate::{Hit, Ray};
 
-/// Rays tested at once: numbers in a vector of 256 bits.
-const LANES: usize = 4;
-
 /// Up to this many primitives. Batches gain up to about 40 over the nodes, single rays up to about 16 (measured
 /// with random rays on AVX2).
 const FEW: usize = 16;
@@ -20,31 +17,31 @@ pub(crate) fn suits(tree: &Tree) -> bool {
     others == 0 && tree.spheres.len() + tree.quads.len() + tree.disks.len() <= FEW
 }
 
-/// The closest hit of every ray. `V` is the fastest way to compute four numbers.
+/// The closest hit of every ray. `V` is the fastest way to compute `N` numbers; returns how many rays were left over.
 #[inline(always)]
-pub(crate) fn closest<V: Lanes<LANES>>(tree: &Tree, rays: &[Ray], hits: &mut [Hit]) {
-    let (packs, rest) = rays.as_chunks::<LANES>();
-    let (hit_packs, hit_rest) = hits.as_chunks_mut::<LANES>();
+pub(crate) fn closest<const N: usize, V: Lanes<N>>(tree: &Tree, rays: &[Ray], hits: &mut [Hit]) -> usize {
+    let (packs, rest) = rays.as_chunks::<N>();
+    let (hit_packs, _) = hits.as_chunks_mut::<N>();
     for (rays, hits) in packs.iter().zip(hit_packs) {
-        *hits = closest_of::<LANES, V>(tree, rays);
+        *hits = closest_of::<N, V>(tree, rays);
     }
-    for (ray, hit) in rest.iter().zip(hit_rest) {
-        [*hit] = closest_of::<1, f64>(tree, std::array::from_ref(ray));
-    }
+    rest.len()
 }
 
-/// Whether each ray hits anything.
+/// Whether each ray hits anything; returns how many rays were left over.
 #[inline(always)]
-pub(crate) fn occluded<V: Lanes<LANES>>(tree: &Tree, rays: &[Ray], blocked: &mut [bool]) {
-    let (packs, rest) = rays.as_chunks::<LANES>();
-    let (blocked_packs, blocked_rest) = blocked.as_chunks_mut::<LANES>();
+pub(crate) fn occluded<const N: usize, V: Lanes<N>>(
+    tree: &Tree,
+    rays: &[Ray],
+    blocked: &mut [bool],
+) -> usize {
+    let (packs, rest) = rays.as_chunks::<N>();
+    let (blocked_packs, _) = blocked.as_chunks_mut::<N>();
     for (rays, blocked) in packs.iter().zip(blocked_packs) {
-        let found = occluded_of::<LANES, V>(tree, rays);
+        let found = occluded_of::<N, V>(tree, rays);
         *blocked = std::array::from_fn(|lane| found >> lane & 1 == 1);
     }
-    for (ray, blocked) in rest.iter().zip(blocked_rest) {
-        *blocked = occluded_of::<1, f64>(tree, std::array::from_ref(ray)) != 0;
-    }
+    rest.len()
 }
 
 #[inline(always)]

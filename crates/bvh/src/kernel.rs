@@ -12,11 +12,15 @@
 mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
+pub(crate) mod pages;
 #[cfg(all(test, target_arch = "x86_64"))]
 mod tests;
+#[cfg(target_arch = "x86_64")]
+mod wide;
 
-use crate::lanes::Baseline;
-use crate::{Bvh, Hit, Ray, traverse};
+use crate::traverse::ReadyRay;
+use crate::{Bvh, Hit, Ray};
+use std::mem::MaybeUninit;
 
 /// A compiled version of the traversal. The field is private, so that only what looks at the processor makes it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,6 +35,20 @@ enum Set {
     Avx512,
 }
 
+/// Calls the version of a function for the kernel's instruction set.
+macro_rules! dispatch {
+    ($kernel:expr, $function:ident, $($argument:expr),*) => {
+        match $kernel.0 {
+            Set::Portable => portable::$function($($argument),*),
+            // SAFETY: `all` found the processor to have what the function is compiled for.
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx2 => unsafe { for_avx2::$function($($argument),*) },
+            // SAFETY: as above.
+            #[cfg(target_arch = "x86_64")]
+            Set::Avx512 => unsafe { for_avx512::$function($($argument),*) },
+        }
+    };
+}
 impl Kernel {
     /// All that this processor runs, the fastest last.
     pub(crate) fn all() -> Vec<Self> {
@@ -52,28 +70,22 @@ impl Kernel {
 
     #[inline]
     pub(crate) fn closest(self, bvh: &Bvh, rays: &[Ray], hits: &mut [Hit]) {
-        match self.0 {
-            Set::Portable => closest_portable(bvh, rays, hits),
-            // SAFETY: `all` found the processor to have what the function is compiled for.
-            #[cfg(target_arch = "x86_64")]
-            Set::Avx2 => unsafe { closest_avx2(bvh, rays, hits) },
-            // SAFETY: as above.
-            #[cfg(target_arch = "x86_64")]
-            Set::Avx512 => unsafe { closest_avx512(bvh, rays, hits) },
-        }
+        dispatch!(self, closest, bvh, rays, hits)
     }
 
     #[inline]
     pub(crate) fn occluded(self, bvh: &Bvh, rays: &[Ray], blocked: &mut [bool]) {
-        match self.0 {
-            Set::Portable => occluded_portable(bvh, rays, blocked),
-            // SAFETY: `all` found the processor to have what the function is compiled for.
-            #[cfg(target_arch = "x86_64")]
-            Set::Avx2 => unsafe { occluded_avx2(bvh, rays, blocked) },
-            // SAFETY: as above.
-            #[cfg(target_arch = "x86_64")]
-            Set::Avx512 => unsafe { occluded_avx512(bvh, rays, blocked) },
-        }
+        dispatch!(self, occluded, bvh, rays, blocked)
+    }
+
+    #[inline]
+    pub(crate) fn closest_one(self, bvh: &Bvh, ray: &Ray, hit: &mut Hit) {
+        dispatch!(self, closest_one, bvh, ray, hit)
+    }
+
+    #[inline]
+    pub(crate) fn occluded_one(self, bvh: &Bvh, ray: &Ray) -> bool {
+        dispatch!(self, occluded_one, bvh, ray)
     }
 }
 
@@ -100,40 +112,107 @@ pub(crate) fn item<T>(list: &[T], index: usize) -> &T {
     unsafe { list.get_unchecked(index) }
 }
 
-#[inline(never)]
-fn closest_portable(bvh: &Bvh, rays: &[Ray], hits: &mut [Hit]) {
-    traverse::closest::<Baseline>(bvh, rays, hits);
+/// The same to be changed.
+#[inline(always)]
+pub(crate) fn item_mut<T>(list: &mut [T], index: usize) -> &mut T {
+    debug_assert!(index < list.len());
+    // SAFETY: as for `item`; and indices of slots are those of slots.
+    unsafe { list.get_unchecked_mut(index) }
 }
 
-#[inline(never)]
-fn occluded_portable(bvh: &Bvh, rays: &[Ray], blocked: &mut [bool]) {
-    traverse::occluded::<Baseline>(bvh, rays, blocked);
+/// Eight numbers that lie that many bytes behind the beginning of something that consists of rows of eight numbers.
+#[inline(always)]
+pub(crate) fn row_at<T: Rows>(rows: &T, bytes: u32) -> &[f32; 8] {
+    debug_assert!(bytes.is_multiple_of(ROW) && (bytes as usize) < size_of::<T>());
+    // SAFETY: offsets of rows are only made as multiples of the size of a row, and within.
+    unsafe { &*std::ptr::from_ref(rows).byte_add(bytes as usize).cast() }
 }
 
+/// Consists of rows of eight words.
+pub(crate) trait Rows {}
+
+impl Rows for [[f32; 8]; 3] {}
+impl Rows for [[u32; 8]; 8] {}
+
+/// Size of a row.
+pub(crate) const ROW: u32 = size_of::<[f32; 8]>() as u32;
+
+/// Eight entries of a list by an index that leaves room for them.
+#[inline(always)]
+pub(crate) fn eight<T>(list: &mut [T], index: usize) -> &mut [T; 8] {
+    debug_assert!(index + 8 <= list.len());
+    // SAFETY: lists of what waits are as long as the tree's depth can ask for: seven entries for each level and eight
+    // that are written at once.
+    unsafe { &mut *list.as_mut_ptr().add(index).cast::<[T; 8]>() }
+}
+
+/// Eight entries of a list that were written before.
+#[inline(always)]
+pub(crate) fn eight_written<T: Copy>(list: &[MaybeUninit<T>], index: usize) -> &[T; 8] {
+    debug_assert!(index + 8 <= list.len());
+    // SAFETY: what waits is taken from where it was written.
+    unsafe { &*list.as_ptr().add(index).cast::<[T; 8]>() }
+}
+
+/// An entry of a list that was written before.
+#[inline(always)]
+pub(crate) fn written<T: Copy>(list: &[MaybeUninit<T>], index: usize) -> T {
+    // SAFETY: what waits is taken from where it was written.
+    unsafe { item(list, index).assume_init() }
+}
+
+/// Words of a ray made ready.
+pub(crate) const READY_WORDS: usize = size_of::<ReadyRay>() / size_of::<f32>();
+
+/// The words that a ray made ready consists of.
+#[inline(always)]
+pub(crate) fn words_of(ready: &mut ReadyRay) -> &mut [f32; READY_WORDS] {
+    // SAFETY: all fields are words of 32 bits that may have any value, and there is nothing between them.
+    unsafe { &mut *std::ptr::from_mut(ready).cast() }
+}
+
+/// A ray as eight numbers: origin, `t_min`, direction, `t_max`.
+#[inline(always)]
+pub(crate) fn numbers_of(ray: &Ray) -> &[f32; 8] {
+    // SAFETY: these are its fields, in the order of C.
+    unsafe { &*std::ptr::from_ref(ray).cast() }
+}
+
+/// The functions for one instruction set.
+macro_rules! compiled {
+    ($name:ident, $machine:ty $(, $features:literal)?) => {
+        mod $name {
+            use crate::{Bvh, Hit, Ray, traverse};
+
+            $(#[target_feature(enable = $features)])?
+            #[inline(never)]
+            pub(super) fn closest(bvh: &Bvh, rays: &[Ray], hits: &mut [Hit]) {
+                traverse::closest::<$machine>(bvh, rays, hits);
+            }
+
+            $(#[target_feature(enable = $features)])?
+            #[inline(never)]
+            pub(super) fn occluded(bvh: &Bvh, rays: &[Ray], blocked: &mut [bool]) {
+                traverse::occluded::<$machine>(bvh, rays, blocked);
+            }
+
+            $(#[target_feature(enable = $features)])?
+            #[inline(never)]
+            pub(super) fn closest_one(bvh: &Bvh, ray: &Ray, hit: &mut Hit) {
+                traverse::closest_one::<$machine>(bvh, ray, hit);
+            }
+
+            $(#[target_feature(enable = $features)])?
+            #[inline(never)]
+            pub(super) fn occluded_one(bvh: &Bvh, ray: &Ray) -> bool {
+                traverse::occluded_one::<$machine>(bvh, ray)
+            }
+        }
+    };
+}
+
+compiled!(portable, crate::lanes::Baseline);
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-#[inline(never)]
-fn closest_avx2(bvh: &Bvh, rays: &[Ray], hits: &mut [Hit]) {
-    traverse::closest::<avx2::Avx2>(bvh, rays, hits);
-}
-
+compiled!(for_avx2, crate::kernel::avx2::Avx2, "avx2,fma,bmi1,bmi2,lzcnt,popcnt");
 #[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
-#[inline(never)]
-fn occluded_avx2(bvh: &Bvh, rays: &[Ray], blocked: &mut [bool]) {
-    traverse::occluded::<avx2::Avx2>(bvh, rays, blocked);
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt,avx512f,avx512vl")]
-#[inline(never)]
-fn closest_avx512(bvh: &Bvh, rays: &[Ray], hits: &mut [Hit]) {
-    traverse::closest::<avx512::Avx512>(bvh, rays, hits);
-}
-
-#[cfg(target_arch = "x86_64")]
-#[target_feature(enable = "avx2,fma,bmi1,bmi2,lzcnt,popcnt,avx512f,avx512vl")]
-#[inline(never)]
-fn occluded_avx512(bvh: &Bvh, rays: &[Ray], blocked: &mut [bool]) {
-    traverse::occluded::<avx512::Avx512>(bvh, rays, blocked);
-}
+compiled!(for_avx512, crate::kernel::avx512::Avx512, "avx2,fma,bmi1,bmi2,lzcnt,popcnt,avx512f,avx512vl");

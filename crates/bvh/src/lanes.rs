@@ -1,6 +1,9 @@
 //! Several numbers in double precision at once.
 
+use crate::bvh::Tree;
+use crate::{Hit, Ray, few};
 use std::array;
+use std::mem::MaybeUninit;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// `N` numbers, each computed for itself: the bits are those of one number after the other. Comparisons give a
@@ -37,46 +40,86 @@ pub(crate) trait Eight: Copy {
     fn load_bits(from: &[u32; 8]) -> Self;
     fn minus(self, other: Self) -> Self;
     fn times(self, other: Self) -> Self;
+    fn plus(self, other: Self) -> Self;
+    fn over(self, other: Self) -> Self;
+    /// Without the sign.
+    fn abs(self) -> Self;
+    /// The bits of either.
+    fn or(self, other: Self) -> Self;
+    /// `then` in the lanes where `self < other`, else `otherwise`.
+    fn if_below(self, other: Self, then: Self, otherwise: Self) -> Self;
+    /// The rows of a square turned into its columns.
+    fn transposed(rows: [Self; 8]) -> [Self; 8];
+    fn store(self, to: &mut [f32; 8]);
     /// `self · factor − less`, rounded once or twice as the processor likes: for bounds only.
     fn about_mul_sub(self, factor: Self, less: Self) -> Self;
-    /// With the other sign.
-    fn opposite(self) -> Self;
     /// The smaller one; `other` if either is NaN.
     fn smaller(self, other: Self) -> Self;
     /// The larger one; `other` if either is NaN.
     fn larger(self, other: Self) -> Self;
     /// A bit for each lane: not greater, also where either is NaN.
     fn not_above(self, other: Self) -> u32;
-    /// A bit for each lane: `self < 0 < other`.
-    fn around_zero(self, other: Self) -> u32;
+    /// A bit for each lane: `self < other`.
+    fn below(self, other: Self) -> u32;
+    /// A bit for each lane: `self < 0 < other`, or the sign bit of `sign`.
+    fn around_zero_or(self, other: Self, sign: Self) -> u32;
+    /// A bit for each lane: `self > 0` or `other < 0`.
+    fn beside_zero(self, other: Self) -> u32;
+    /// One of the numbers.
+    fn lane(self, lane: usize) -> f32;
+}
+
+/// Four numbers of which the first three may change places.
+pub(crate) trait Turn {
+    /// Lanes 1, 2, 0, 3.
+    fn turned(self) -> Self;
+    /// Lanes 2, 0, 1, 3.
+    fn turned_back(self) -> Self;
 }
 
 /// A processor's ways to compute several numbers at once.
-pub(crate) trait Machine {
+pub(crate) trait Machine: Copy {
     /// Four in double precision.
-    type Four: Lanes<4>;
+    type Four: Lanes<4> + Turn;
     /// Eight in single precision.
     type Eight: Eight;
 
-    /// Writes the words and numbers of the lanes in `mask` one after the other, in the order of `order` (lanes of three
-    /// bits each, the first lowest). What lies behind them is overwritten with anything.
+    /// Of the lanes where `numbers` are not above `limits`, writes words and numbers one after the other, in the order of
+    /// `order` (lanes of three bits each, the first lowest), and returns how many there are. What lies behind them is
+    /// overwritten with anything.
     fn arrange(
-        mask: u32,
         order: u32,
         words: &[u32; 8],
         numbers: Self::Eight,
-        words_to: &mut [u32; 8],
-        numbers_to: &mut [f32; 8],
-    );
+        limits: Self::Eight,
+        words_to: &mut [MaybeUninit<u32>; 8],
+        numbers_to: &mut [MaybeUninit<f32>; 8],
+    ) -> usize;
 
     /// Writes the words of the lanes in `mask` one after the other. What lies behind them is overwritten with anything.
-    fn compress(mask: u32, words: &[u32; 8], to: &mut [u32; 8]);
+    fn compress(mask: u32, words: &[u32; 8], to: &mut [MaybeUninit<u32>; 8]);
 
-    /// Says that something will be read soon.
-    fn prefetch<T>(at: &T);
+    /// Says that the four lines from this address on will be read soon, whatever lies there.
+    fn prefetch(address: usize);
+
+    /// [`few::closest`] in the widest vectors; returns how many rays were left over.
+    #[inline(always)]
+    fn closest_of_few(tree: &Tree, rays: &[Ray], hits: &mut [Hit]) -> usize {
+        few::closest::<4, Self::Four>(tree, rays, hits)
+    }
+
+    /// [`few::occluded`] in the widest vectors; returns how many rays were left over.
+    #[inline(always)]
+    fn occluded_by_few(tree: &Tree, rays: &[Ray], blocked: &mut [bool]) -> usize {
+        few::occluded::<4, Self::Four>(tree, rays, blocked)
+    }
+
+    /// Writes a hit in such a way that it can be copied at once.
+    fn put(hit: Hit, to: &mut Hit);
 }
 
 /// Any processor.
+#[derive(Clone, Copy)]
 pub(crate) struct Baseline;
 
 impl Machine for Baseline {
@@ -85,35 +128,42 @@ impl Machine for Baseline {
 
     #[inline(always)]
     fn arrange(
-        mask: u32,
         order: u32,
         words: &[u32; 8],
         numbers: PlainEight,
-        words_to: &mut [u32; 8],
-        numbers_to: &mut [f32; 8],
-    ) {
-        let mut count = 0;
+        limits: PlainEight,
+        words_to: &mut [MaybeUninit<u32>; 8],
+        numbers_to: &mut [MaybeUninit<f32>; 8],
+    ) -> usize {
+        let (mask, mut count) = (numbers.not_above(limits), 0);
         for place in 0..8 {
             let lane = (order >> (3 * place) & 7) as usize;
             if mask >> lane & 1 == 1 {
-                (words_to[count % 8], numbers_to[count % 8]) = (words[lane], numbers.0[lane]);
+                words_to[count % 8].write(words[lane]);
+                numbers_to[count % 8].write(numbers.0[lane]);
                 count += 1;
             }
         }
+        count
     }
 
     #[inline(always)]
-    fn compress(mask: u32, words: &[u32; 8], to: &mut [u32; 8]) {
+    fn compress(mask: u32, words: &[u32; 8], to: &mut [MaybeUninit<u32>; 8]) {
         let (mut rest, mut count) = (mask, 0);
         while rest != 0 {
-            to[count % 8] = words[rest.trailing_zeros() as usize % 8];
+            to[count % 8].write(words[rest.trailing_zeros() as usize % 8]);
             rest &= rest - 1;
             count += 1;
         }
     }
 
     #[inline(always)]
-    fn prefetch<T>(_: &T) {}
+    fn prefetch(_: usize) {}
+
+    #[inline(always)]
+    fn put(hit: Hit, to: &mut Hit) {
+        *to = hit;
+    }
 }
 
 /// Eight numbers on any processor.
@@ -159,13 +209,43 @@ impl Eight for PlainEight {
     }
 
     #[inline(always)]
-    fn about_mul_sub(self, factor: Self, less: Self) -> Self {
-        self.times(factor).minus(less)
+    fn plus(self, other: Self) -> Self {
+        self.each(other, |a, b| a + b)
     }
 
     #[inline(always)]
-    fn opposite(self) -> Self {
-        Self(self.0.map(|x| -x))
+    fn over(self, other: Self) -> Self {
+        self.each(other, |a, b| a / b)
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        Self(self.0.map(f32::abs))
+    }
+
+    #[inline(always)]
+    fn or(self, other: Self) -> Self {
+        self.each(other, |a, b| f32::from_bits(a.to_bits() | b.to_bits()))
+    }
+
+    #[inline(always)]
+    fn if_below(self, other: Self, then: Self, otherwise: Self) -> Self {
+        Self(array::from_fn(|i| if self.0[i] < other.0[i] { then.0[i] } else { otherwise.0[i] }))
+    }
+
+    #[inline(always)]
+    fn transposed(rows: [Self; 8]) -> [Self; 8] {
+        array::from_fn(|i| Self(array::from_fn(|j| rows[j].0[i])))
+    }
+
+    #[inline(always)]
+    fn store(self, to: &mut [f32; 8]) {
+        *to = self.0;
+    }
+
+    #[inline(always)]
+    fn about_mul_sub(self, factor: Self, less: Self) -> Self {
+        self.times(factor).minus(less)
     }
 
     #[inline(always)]
@@ -184,8 +264,23 @@ impl Eight for PlainEight {
     }
 
     #[inline(always)]
-    fn around_zero(self, other: Self) -> u32 {
-        self.bits(other, |a, b| a < 0.0 && b > 0.0)
+    fn below(self, other: Self) -> u32 {
+        self.bits(other, |a, b| a < b)
+    }
+
+    #[inline(always)]
+    fn around_zero_or(self, other: Self, sign: Self) -> u32 {
+        self.bits(other, |a, b| a < 0.0 && b > 0.0) | sign.bits(sign, |s, _| s.is_sign_negative())
+    }
+
+    #[inline(always)]
+    fn beside_zero(self, other: Self) -> u32 {
+        self.bits(other, |a, b| a > 0.0 || b < 0.0)
+    }
+
+    #[inline(always)]
+    fn lane(self, lane: usize) -> f32 {
+        self.0[lane % 8]
     }
 }
 
@@ -314,6 +409,20 @@ impl Neg for Plain {
     #[inline(always)]
     fn neg(self) -> Self {
         Self(self.0.map(f64::neg))
+    }
+}
+
+impl Turn for Plain {
+    #[inline(always)]
+    fn turned(self) -> Self {
+        let [a, b, c, d] = self.0;
+        Self([b, c, a, d])
+    }
+
+    #[inline(always)]
+    fn turned_back(self) -> Self {
+        let [a, b, c, d] = self.0;
+        Self([c, a, b, d])
     }
 }
 

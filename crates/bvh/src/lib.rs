@@ -41,6 +41,7 @@
 mod builder;
 mod bvh;
 mod few;
+mod flight;
 mod geometry;
 mod kernel;
 mod lanes;
@@ -49,12 +50,13 @@ mod prepared;
 mod primitive;
 mod query;
 mod ray;
+mod ready;
 mod stats;
 #[cfg(test)]
 mod tests;
 mod traverse;
 
-pub use builder::{BuildError, BuildOptions};
+pub use builder::{BuildError, BuildOptions, Quality, RefitError};
 pub use bvh::Bvh;
 pub use geometry::{Disk, Geometry, Instance, Quad, Sphere, Triangles};
 pub use ray::{Hit, Ray};

@@ -14,14 +14,19 @@
 //! * Spheres lose half of the double precision digits where a ray grazes them: below 3u·T.
 //! * The distance is rounded to `f32`: u·T.
 //!
-//! In sum less than 16u·T = 2⁻²⁰·T, taken off the entry and added to the exit, plus a constant for underflow.
+//! In sum less than `E` = 16u·T = 2⁻²⁰·T. A ray that meets the box at `t` has T ≤ |t| + s/|d|, with `s` the longest side
+//! of the box and `d` the main component of the direction. So `E` has two parts. Of 2⁻²⁰·s/|d| the boxes take care:
+//! all their sides are moved outward by twice 2⁻²⁰·s, which the ray crosses in no less time ([`Node::new`]). Of
+//! 2⁻²⁰·|t| the exit and the limit take care, which are stretched by 1 + 2⁻¹⁸; hits before the origin
+//! would need the near planes stretched, so rays that look there have an allowance for the whole scene instead.
 //! Arithmetic in double precision may also move a point aside, by a share of the distance `D` to the farthest
 //! corner: that is taken off in space (see [`BoxRay`]), since a ray along a plane has no distance to it. NaN
-//! (a plane through the origin along the ray, or overflow) never rejects a box.
+//! (a plane beyond the range of numbers) never rejects a box.
 
+use crate::kernel::{ROW, item, row_at};
 use crate::lanes::{Eight, Machine};
 use crate::prepared::PreparedRay;
-use penombre_math::{Bounds3, Vec3};
+use penombre_math::{Bounds3, Vec3A};
 
 /// Children of a node.
 pub(crate) const WIDTH: usize = 8;
@@ -35,8 +40,10 @@ pub(crate) enum Kind {
     Quad,
     Disk,
     Instance,
-    /// The way back from an instance.
+    /// The way back from an instance, or the end.
     Return,
+    /// In places of a node that hold nothing.
+    Nothing,
 }
 
 /// Kind and index in the array of that kind.
@@ -54,12 +61,19 @@ impl ChildRef {
         Self(((kind as u32) << Self::INDEX_BITS) | index as u32)
     }
 
-    /// The way back from an instance.
+    /// The way back from an instance, or the end.
     pub(crate) const RETURN: Self = Self((Kind::Return as u32) << Self::INDEX_BITS);
+    /// Nothing to visit.
+    pub(crate) const NOTHING: Self = Self((Kind::Nothing as u32) << Self::INDEX_BITS);
 
     #[inline(always)]
     pub(crate) fn is_node(self) -> bool {
         self.0 < 1 << Self::INDEX_BITS
+    }
+
+    #[inline(always)]
+    pub(crate) fn is_triangles(self) -> bool {
+        self.0 >> Self::INDEX_BITS == Kind::Triangles as u32
     }
 
     #[inline(always)]
@@ -71,7 +85,8 @@ impl ChildRef {
             3 => Kind::Quad,
             4 => Kind::Disk,
             5 => Kind::Instance,
-            _ => Kind::Return,
+            6 => Kind::Return,
+            _ => Kind::Nothing,
         }
     }
 
@@ -83,7 +98,7 @@ impl ChildRef {
 
 /// Up to eight children and their boxes: eight rows of eight words. Rows 0 to 5 are the planes min x, y, z, max x, y, z
 /// as bits of `f32`, row 6 the references, row 7 for each octant of directions the lanes from far to near, three bits
-/// each, and above them a bit for each lane in use.
+/// each. Boxes of places without a child are turned inside out, so that no ray enters them.
 #[derive(Clone, Copy, Debug)]
 #[repr(C, align(64))]
 pub(crate) struct Node {
@@ -94,23 +109,25 @@ pub(crate) struct Node {
 const CHILDREN: usize = 6;
 /// Row of the orders.
 const ORDERS: usize = 7;
-/// Bits of an order word below the lanes in use.
-const LANES_FROM: u32 = 24;
 
 impl Node {
-    pub(crate) const EMPTY: Self = Self { rows: [[0; WIDTH]; 8] };
+    pub(crate) const EMPTY: Self = {
+        let (min, max) = ([f32::INFINITY.to_bits(); WIDTH], [f32::NEG_INFINITY.to_bits(); WIDTH]);
+        Self { rows: [min, min, min, max, max, max, [ChildRef::NOTHING.0; WIDTH], [0; WIDTH]] }
+    };
 
     /// A node of eight children at most.
     pub(crate) fn new(children: &[(Bounds3, ChildRef)]) -> Self {
         let mut node = Self::EMPTY;
         for (lane, (bounds, child)) in children.iter().enumerate() {
+            let pad = (bounds.max - bounds.min).max_element() * BOX_PAD;
             for axis in 0..3 {
-                node.rows[axis][lane] = bounds.min[axis].to_bits();
-                node.rows[axis + 3][lane] = bounds.max[axis].to_bits();
+                node.rows[axis][lane] = (bounds.min[axis] - pad).next_down().to_bits();
+                node.rows[axis + 3][lane] = (bounds.max[axis] + pad).next_up().to_bits();
             }
             node.rows[CHILDREN][lane] = child.0;
         }
-        node.rows[ORDERS] = std::array::from_fn(|octant| order(children, octant));
+        node.rows[ORDERS] = orders(children);
         node
     }
 
@@ -128,156 +145,239 @@ impl Node {
 
     /// The lanes from far to near for a ray of that octant, three bits each.
     #[inline(always)]
-    pub(crate) fn order(&self, octant: usize) -> u32 {
-        self.rows[ORDERS][octant % WIDTH]
+    pub(crate) fn order(&self, octant: u32) -> u32 {
+        *item(&self.rows[ORDERS], octant as usize)
     }
 
     #[inline(always)]
-    fn row<M: Machine>(&self, row: usize) -> M::Eight {
-        M::Eight::load_bits(&self.rows[row % 8])
+    fn row<M: Machine>(&self, row: u32) -> M::Eight {
+        M::Eight::load(row_at(&self.rows, row))
     }
 
-    /// Tests all boxes: those that the ray may hit as bits, and where it enters each. `limit` is the best distance so
-    /// far in the units of the box ray.
+    /// Where the ray enters all boxes and where it leaves them: those are met that it enters no later. `limit` is the
+    /// best distance so far in the units of the box ray.
     #[inline(always)]
-    pub(crate) fn cross<M: Machine>(&self, ray: &BoxRay, limit: f32) -> (u32, M::Eight) {
+    pub(crate) fn cross<M: Machine>(&self, ray: &SpreadRay<M>, limit: f32) -> (M::Eight, M::Eight) {
         // No closures and no `map`: they would not be compiled for the instruction set chosen.
-        let inverse_x = M::Eight::splat(ray.inverse[0]);
-        let inverse_y = M::Eight::splat(ray.inverse[1]);
-        let inverse_z = M::Eight::splat(ray.inverse[2]);
-        let x0 = self.row::<M>(ray.near_rows[0]).about_mul_sub(inverse_x, M::Eight::splat(ray.near[0]));
-        let y0 = self.row::<M>(ray.near_rows[1]).about_mul_sub(inverse_y, M::Eight::splat(ray.near[1]));
-        let z0 = self.row::<M>(ray.near_rows[2]).about_mul_sub(inverse_z, M::Eight::splat(ray.near[2]));
-        let x1 = self.row::<M>(ray.far_rows[0]).about_mul_sub(inverse_x, M::Eight::splat(ray.far[0]));
-        let y1 = self.row::<M>(ray.far_rows[1]).about_mul_sub(inverse_y, M::Eight::splat(ray.far[1]));
-        let z1 = self.row::<M>(ray.far_rows[2]).about_mul_sub(inverse_z, M::Eight::splat(ray.far[2]));
+        let ([x, y, z], near, far, rows) = (ray.inverse, &ray.near, &ray.far, ray.rows);
+        let x0 = self.row::<M>(rows[0]).about_mul_sub(x, near[0]);
+        let y0 = self.row::<M>(rows[1]).about_mul_sub(y, near[1]);
+        let z0 = self.row::<M>(rows[2]).about_mul_sub(z, near[2]);
+        let x1 = self.row::<M>(rows[3]).about_mul_sub(x, far[0]);
+        let y1 = self.row::<M>(rows[4]).about_mul_sub(y, far[1]);
+        let z1 = self.row::<M>(rows[5]).about_mul_sub(z, far[2]);
         // Where one number is NaN, the second of two is taken: the one that is a number.
-        let enter = x0.larger(y0).larger(z0.larger(M::Eight::splat(ray.t_min)));
+        let enter = x0.larger(y0).larger(z0.larger(ray.t_min));
         let leave = x1.smaller(y1).smaller(z1.smaller(M::Eight::splat(limit)));
-        // Twice the allowance, taken off the entry alone.
-        let reach = z0.opposite().larger(z1);
-        let entry = reach.opposite().about_mul_sub(M::Eight::splat(2.0 * RELATIVE_PAD), enter.opposite());
-        let used = self.rows[ORDERS][0] >> LANES_FROM;
-        (entry.not_above(leave) & used, entry)
+        (enter, leave.times(M::Eight::splat(STRETCH)))
     }
 }
 
-/// Lanes by the place of their boxes along the diagonal of an octant, the farthest first; and the lanes in use. Unused
-/// lanes come last; they are in no mask.
-fn order(children: &[(Bounds3, ChildRef)], octant: usize) -> u32 {
-    let mut lanes: [u32; WIDTH] = std::array::from_fn(|lane| lane as u32);
-    let mut places = [0f64; WIDTH];
+/// For each octant the lanes by the place where their boxes end along its diagonal, the farthest first, three bits each: so
+/// what lies in a larger box is met before that (measured: up to a quarter fewer leaves than by their middles). Lanes
+/// without a child come last; they are in no mask.
+fn orders(children: &[(Bounds3, ChildRef)]) -> [u32; WIDTH] {
+    // By side (forward, backward), axis, lane. A quarter of it, so that the sum of three is finite.
+    let (mut max, mut min) = ([[0f32; WIDTH]; 3], [[0f32; WIDTH]; 3]);
     for (lane, (bounds, _)) in children.iter().enumerate() {
-        let sum = bounds.min.as_dvec3() + bounds.max.as_dvec3();
-        let signed = |axis: usize| if octant >> axis & 1 == 0 { sum[axis] } else { -sum[axis] };
-        let place = signed(0) + signed(1) + signed(2);
-        // Insertion; equal places stay in the order of the lanes.
-        let mut at = lane;
-        while at > 0 && places[at - 1] < place {
-            (places[at], lanes[at]) = (places[at - 1], lanes[at - 1]);
-            at -= 1;
+        for axis in 0..3 {
+            (max[axis][lane], min[axis][lane]) = (bounds.max[axis] * 0.25, bounds.min[axis] * -0.25);
         }
-        (places[at], lanes[at]) = (place, lane as u32);
     }
-    let order = lanes.iter().enumerate().fold(0, |word, (i, lane)| word | lane << (3 * i));
-    order | ((1u32 << children.len()) - 1) << LANES_FROM
+    let ends = [max, min];
+    let mut rest = 0;
+    (children.len()..WIDTH).for_each(|lane| rest |= (lane as u32) << (3 * lane));
+    std::array::from_fn(|octant| {
+        let [x, y, z] = std::array::from_fn(|axis| &ends[octant >> axis & 1][axis]);
+        let keys = std::array::from_fn(|lane| {
+            if lane >= children.len() {
+                return i32::MIN;
+            }
+            let bits = (x[lane] + y[lane] + z[lane]).to_bits() as i32;
+            // As a whole number in the order of places. The lane makes it one of its own.
+            (bits ^ ((bits >> 31) & i32::MAX)) & !7 | (7 - lane as i32)
+        });
+        let lanes = ranks(&keys).into_iter().enumerate().take(children.len());
+        lanes.fold(rest, |order, (lane, rank)| order | (lane as u32) << (3 * rank))
+    })
 }
 
-/// 16 unit roundoffs; see the module's comment.
-const RELATIVE_PAD: f32 = 1.0 / (1u32 << 20) as f32;
-
-/// The larger one; `b` if either is NaN. One instruction.
-#[inline(always)]
-fn larger(a: f32, b: f32) -> f32 {
-    if a > b { a } else { b }
+/// How many others are larger than each.
+fn ranks(keys: &[i32; WIDTH]) -> [u32; WIDTH] {
+    let mut ranks = [0; WIDTH];
+    for key in keys {
+        for (rank, other) in ranks.iter_mut().zip(keys) {
+            *rank += u32::from(key > other);
+        }
+    }
+    ranks
 }
 
-/// A ray as boxes want it: main axis last, direction scaled by a power of two to a moderate length. A plane at p is
-/// met at about p·inverse − near.
+/// By this share of its longest side a box is larger than what it holds, on every side; see the module's comment.
+const BOX_PAD: f32 = 1.0 / (1u32 << 19) as f32;
+
+/// The distances of far planes are stretched by this factor; see the module's comment.
+pub(crate) const STRETCH: f32 = 1.0 + 1.0 / (1u32 << 18) as f32;
+
+/// A [`BoxRay`] in vector registers.
 #[derive(Clone, Copy)]
+pub(crate) struct SpreadRay<M: Machine> {
+    inverse: [M::Eight; 3],
+    near: [M::Eight; 3],
+    far: [M::Eight; 3],
+    t_min: M::Eight,
+    /// Where in a node the rows of near and far planes lie.
+    rows: [u32; 6],
+}
+
+#[inline(always)]
+fn spread<M: Machine>([x, y, z]: &[f32; 3]) -> [M::Eight; 3] {
+    [M::Eight::splat(*x), M::Eight::splat(*y), M::Eight::splat(*z)]
+}
+
+/// For each octant where in a node the rows of the near planes lie, x, y, z, and those of the far ones.
+static ROWS: [[u32; 8]; 8] = {
+    let mut rows = [[0; 8]; 8];
+    let mut octant = 0;
+    while octant < 8 {
+        let mut axis = 0;
+        while axis < 3 {
+            let backward = octant as u32 >> axis & 1;
+            rows[octant][axis] = ROW * (axis as u32 + 3 * backward);
+            rows[octant][axis + 3] = ROW * (axis as u32 + 3 * (1 - backward));
+            axis += 1;
+        }
+        octant += 1;
+    }
+    rows
+};
+
+/// A ray as boxes want it, with the direction scaled by a power of two to a moderate length: a plane at `p` is met at
+/// about `p · inverse − near`, or `far` if it is a far one.
+#[derive(Clone, Copy)]
+#[repr(C)]
 pub(crate) struct BoxRay {
-    near_rows: [usize; 3],
-    far_rows: [usize; 3],
-    /// Origin times inverse for near planes: with all allowances, the plane is met earlier …
-    near: [f32; 3],
-    /// … and for far planes, met later.
-    far: [f32; 3],
     inverse: [f32; 3],
+    near: [f32; 3],
+    far: [f32; 3],
     t_min: f32,
     scale: f32,
     /// A bit for each axis, x first, along which the ray goes backward.
-    pub(crate) octant: usize,
+    pub(crate) octant: u32,
 }
 
 impl BoxRay {
-    /// `extent` is the largest coordinate of all boxes, and `aside` the allowance for points moved aside, as a share of
-    /// the distance to the farthest corner of them.
+    pub(crate) const EMPTY: Self =
+        Self { inverse: [0.0; 3], near: [0.0; 3], far: [0.0; 3], t_min: 0.0, scale: 0.0, octant: 0 };
+
+    /// `aside` is the allowance for points moved aside, as a share of the distance to the farthest corner; `raw` the
+    /// ray's direction that may have negligible components, if the ray is ordinary: it is known sooner.
     #[inline(always)]
-    pub(crate) fn new(ray: &PreparedRay, extent: f32, aside: f32) -> Self {
-        let far = farthest(ray.origin, extent);
-        let shift = far * aside;
-        let mut built = Self {
-            near_rows: ray.axes,
-            far_rows: ray.axes,
-            near: [0.0; 3],
-            far: [0.0; 3],
-            inverse: [0.0; 3],
-            t_min: 0.0,
-            scale: ray.box_scale,
-            octant: 0,
-        };
-        for k in 0..3 {
-            let (d, o) = (ray.scaled_dir[ray.axes[k]], ray.origin[ray.axes[k]]);
-            // A ray along the planes meets them far beyond all others, on the side where they are; planes through it
-            // (or nearly so) on the outer side of their boxes.
-            let (inverse, shift) = if d == 0.0 { (PARALLEL, shift + far * BESIDE) } else { (1.0 / d, shift) };
-            let backward = (inverse.to_bits() >> 31) as usize;
-            built.near_rows[k] += 3 * backward;
-            built.far_rows[k] += 3 * (1 - backward);
-            built.octant |= backward << ray.axes[k];
-            let at = o * inverse;
-            // Rounding of `at` and of what is subtracted from it, and the shift in space.
-            let allowance = (o.abs() * ORIGIN_ROUNDINGS + shift) * inverse.abs();
-            // Products of planes must not overflow: then the axis decides nothing.
-            let tame = (far + o.abs()) * inverse.abs() < TAME;
-            built.inverse[k] = inverse;
-            built.near[k] = if tame { at + allowance } else { f32::INFINITY };
-            built.far[k] = if tame { at - allowance } else { f32::NEG_INFINITY };
+    pub(crate) fn new(ray: &PreparedRay, aside: f32, raw: Vec3A) -> Self {
+        let (o, d) = (ray.origin, ray.scaled_dir());
+        let raw = if ray.is_ordinary() { raw } else { d };
+        let (size, far) = (o.abs(), ray.reach);
+        // A ray along the planes meets them far beyond all others, on the side where they are; planes through it
+        // (or nearly so) on the outer side of their boxes.
+        let along = d.cmpeq(Vec3A::ZERO);
+        let inverse = Vec3A::select(along, Vec3A::splat(PARALLEL).copysign(raw), Vec3A::ONE / raw);
+        let shift = Vec3A::select(along, Vec3A::splat(far * (aside + BESIDE)), Vec3A::splat(far * aside));
+        let (at, steep) = (o * inverse, inverse.abs());
+        // Rounding of `o · inverse` and of what is subtracted from it, the shift in space, and underflow.
+        let mut allowance = (size * ORIGIN_ROUNDINGS + shift) * steep + UNDERFLOW;
+        if ray.t_min < 0.0 {
+            // What the stretch does not do before the origin.
+            allowance += far * (STRETCH - 1.0) * steep.min_element();
         }
-        let pad = UNDERFLOW * built.inverse[2].abs();
-        built.near = built.near.map(|at| at + pad);
-        built.far = built.far.map(|at| at - pad);
-        built.t_min = ray.t_min * ray.box_scale - f32::MIN_POSITIVE - pad;
-        built
+        let (mut near, mut far_less) = (at + allowance, at - allowance);
+        if !ray.is_ordinary() {
+            // Products of planes must not overflow: then the axis decides nothing.
+            let tame = ((far + size) * steep).cmplt(Vec3A::splat(TAME));
+            near = Vec3A::select(tame, near, Vec3A::INFINITY);
+            far_less = Vec3A::select(tame, far_less, Vec3A::NEG_INFINITY);
+        }
+        Self {
+            inverse: inverse.to_array(),
+            near: near.to_array(),
+            far: far_less.to_array(),
+            t_min: ray.t_min * ray.box_scale - f32::MIN_POSITIVE,
+            scale: ray.box_scale,
+            octant: raw.is_negative_bitmask(),
+        }
+    }
+
+    #[inline(always)]
+    pub(crate) fn spread<M: Machine>(&self) -> SpreadRay<M> {
+        let [x0, y0, z0, x1, y1, z1, ..] = *item(&ROWS, self.octant as usize);
+        SpreadRay {
+            rows: [x0, y0, z0, x1, y1, z1],
+            inverse: spread::<M>(&self.inverse),
+            near: spread::<M>(&self.near),
+            far: spread::<M>(&self.far),
+            t_min: M::Eight::splat(self.t_min),
+        }
     }
 
     /// A distance limit in box units, rounded up.
     #[inline(always)]
     pub(crate) fn limit(&self, t: f32) -> f32 {
-        t * self.scale + f32::MIN_POSITIVE
+        let t = t * self.scale;
+        t + (t.abs() * (STRETCH - 1.0) + f32::MIN_POSITIVE)
     }
 }
 
 /// The inverse of no direction: beyond the largest inverse of one, 2⁴⁰ times the moderate length 2²⁰.
-const PARALLEL: f32 = (1u128 << 64) as f32;
+pub(crate) const PARALLEL: f32 = (1u128 << 64) as f32;
 
 /// By this share of the scene boxes reach out to rays that go along their planes: enough for such a ray to enter them
 /// before anything else, for its distances in box units are below 2²⁰ times the scene.
-const BESIDE: f32 = 1.0 / (1u32 << 24) as f32;
+pub(crate) const BESIDE: f32 = 1.0 / (1u32 << 24) as f32;
 
 /// Products below this one are far from overflow.
 const TAME: f32 = 1e37;
 
 /// Eight unit roundoffs of the origin's share: forming it takes one, subtracting it up to two, and adding allowances
 /// one each.
-const ORIGIN_ROUNDINGS: f32 = 1.0 / (1u32 << 21) as f32;
+pub(crate) const ORIGIN_ROUNDINGS: f32 = 1.0 / (1u32 << 21) as f32;
 
-/// Bound on what an underflowing product of the shear can cost, in lengths of the main axis: 2⁻¹⁵⁰ there,
-/// divided by the smallest direction ratio 2⁻⁴⁰, with a margin.
-const UNDERFLOW: f32 = 1.0 / ((1u128 << 105) as f32);
+/// Bound on what an underflowing product of the shear can cost, 2⁻¹⁵⁰ along the main axis, divided by the smallest
+/// direction ratio, 2⁻⁴⁰, and by the shortest moderate direction, 2⁻²⁰, with a margin.
+pub(crate) const UNDERFLOW: f32 = 1.0 / ((1u128 << 85) as f32);
 
-/// No corner is farther from `origin`, per axis.
-#[inline(always)]
-fn farthest(origin: Vec3, extent: f32) -> f32 {
-    extent + larger(origin.x.abs(), larger(origin.y.abs(), origin.z.abs()))
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use penombre_lab::Pcg32;
+    use penombre_math::Vec3;
+
+    #[test]
+    fn orders_go_from_far_to_near_whatever_the_octant() {
+        let mut rng = Pcg32::new(90);
+        let mut number = || rng.next_f32() - 0.5;
+        for count in 0..=WIDTH {
+            let boxes: Vec<Bounds3> = (0..count)
+                .map(|_| [number(), number(), number()].into())
+                .map(|min: Vec3| Bounds3 { min, max: min + 0.1 })
+                .collect();
+            let children: Vec<_> = boxes.iter().map(|b| (*b, ChildRef::ROOT)).collect();
+            for (octant, word) in orders(&children).into_iter().enumerate() {
+                let lanes: Vec<usize> = (0..WIDTH).map(|i| (word >> (3 * i)) as usize % WIDTH).collect();
+                let sign = |axis: usize| if octant >> axis & 1 == 0 { 1.0 } else { -1.0 };
+                let place = |lane: usize| boxes[lane].min.dot(Vec3::new(sign(0), sign(1), sign(2)));
+                assert!(lanes[..count].windows(2).all(|pair| place(pair[0]) > place(pair[1]) - 1e-5));
+                let mut sorted = lanes.clone();
+                sorted.sort_unstable();
+                assert!(sorted.into_iter().eq(0..WIDTH) && lanes[count..].iter().all(|&lane| lane >= count));
+            }
+        }
+    }
+
+    #[test]
+    fn boxes_without_a_middle_have_an_order_too() {
+        let wild = Bounds3 { min: Vec3::NEG_INFINITY, max: Vec3::splat(f32::INFINITY) };
+        let children = [(wild, ChildRef::ROOT), (Bounds3::EMPTY, ChildRef::ROOT), (wild, ChildRef::ROOT)];
+        for word in orders(&children) {
+            assert_eq!((0..WIDTH).fold(0u32, |seen, i| seen | 1 << (word >> (3 * i) & 7)), 255);
+        }
+    }
 }

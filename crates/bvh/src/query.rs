@@ -1,6 +1,11 @@
 //! What a traversal looks for.
 
-use crate::{Hit, Ray, primitive::Key, primitive::Meeting};
+use crate::bvh::Tree;
+use crate::kernel::item;
+use crate::lanes::{Eight, Machine};
+use crate::prepared::PreparedRay;
+use crate::primitive::{Key, Meeting, Span};
+use crate::{Hit, Ray};
 
 /// Takes the hits that a traversal finds, in any order.
 pub(crate) trait Query: Copy {
@@ -12,19 +17,82 @@ pub(crate) trait Query: Copy {
     fn limit(&self) -> f32;
     /// Takes a hit; true ends the traversal.
     fn offer(&mut self, at: Meeting, key: Key, instance: u32) -> bool;
+    /// Takes the hits with a block of triangles; true ends the traversal.
+    fn visit<M: Machine>(&mut self, tree: &Tree, index: usize, ray: &PreparedRay, instance: u32) -> bool;
+    /// The same in the same time whatever is there, but for rare cases.
+    fn visit_evenly<M: Machine>(
+        &mut self,
+        tree: &Tree,
+        index: usize,
+        ray: &PreparedRay,
+        instance: u32,
+    ) -> bool;
+    /// What is answered.
+    type Answer: Copy;
+    /// The answer where there is nothing to hit.
+    const NOTHING: Self::Answer;
+    /// The answer at the end.
+    fn answer<M: Machine>(&self, tree: &Tree, ray: &PreparedRay, instance: u32) -> Self::Answer;
+    /// To be called before the ray, the blocks or the instance change.
+    fn settle<M: Machine>(&mut self, tree: &Tree, ray: &PreparedRay, instance: u32);
+
+    /// The exact test of some triangles.
+    #[inline(always)]
+    fn visit_exactly<M: Machine>(
+        &mut self,
+        tree: &Tree,
+        index: usize,
+        lanes: u32,
+        ray: &PreparedRay,
+        instance: u32,
+    ) -> bool {
+        let block = item(&tree.blocks, index);
+        let mut open = lanes;
+        while open != 0 {
+            let lane = open.trailing_zeros() as usize;
+            open &= open - 1;
+            if let Some(meeting) = block.meet::<M>(lane, ray)
+                && meeting.t <= self.limit()
+                && self.offer(meeting, Key::numbered(block.number(lane), &tree.starts), instance)
+            {
+                return true;
+            }
+        }
+        false
+    }
+}
+
+/// The triangles of a block that a ray may meet before `limit`.
+#[inline(always)]
+fn before<M: Machine>(span: &Span<M>, limit: f32, behind: f32) -> u32 {
+    let limit = if limit > 0.0 { limit } else { 0.0 };
+    span.met
+        & span.from.not_above(M::Eight::splat(limit + f32::MIN_POSITIVE))
+        & !span.to.below(M::Eight::splat(behind))
 }
 
 /// The closest hit, the smallest id among equals.
+///
+/// The exact distance of a hit is computed when it is needed: to tell it from another one close by, and at the end.
 #[derive(Clone, Copy)]
 pub(crate) struct Closest {
     pub(crate) hit: Hit,
+    /// The best distance so far is not below this …
+    first: f32,
+    /// … and not above this.
     limit: f32,
+    /// The block whose hit is the best one, if `hit` is not.
+    block: u32,
+    lane: u32,
 }
+
+/// No block.
+const NONE: u32 = u32::MAX;
 
 impl Closest {
     #[inline(always)]
     pub(crate) fn until(t_max: f32) -> Self {
-        Self { hit: Hit::MISS, limit: t_max }
+        Self { hit: Hit::MISS, first: t_max, limit: t_max, block: NONE, lane: 0 }
     }
 }
 
@@ -54,10 +122,80 @@ impl Query for Closest {
             || (at.t == self.limit
                 && rank(key.geometry, key.prim, instance) < rank(old.geometry, old.prim, old.instance));
         if wins {
-            self.limit = at.t;
+            (self.first, self.limit) = (at.t, at.t);
             self.hit = Hit { t: at.t, u: at.u, v: at.v, geometry: key.geometry, prim: key.prim, instance };
         }
         false
+    }
+
+    #[inline(always)]
+    fn visit<M: Machine>(&mut self, tree: &Tree, index: usize, ray: &PreparedRay, instance: u32) -> bool {
+        let block = item(&tree.blocks, index);
+        let Some(span) = block.span::<M, false>(&ray.turned) else { return false };
+        let open = before(&span, self.limit, ray.turned.behind);
+        if open == 0 {
+            return false;
+        }
+        let inside =
+            M::Eight::splat(ray.turned.beyond).below(span.from) & span.to.below(M::Eight::splat(self.first));
+        if open & (open - 1) == 0 && open & span.sure & inside != 0 {
+            let lane = open.trailing_zeros();
+            (self.block, self.lane) = (index as u32, lane);
+            (self.first, self.limit) = (span.from.lane(lane as usize), span.to.lane(lane as usize));
+            return false;
+        }
+        self.settle::<M>(tree, ray, instance);
+        self.visit_exactly::<M>(tree, index, open, ray, instance)
+    }
+
+    #[inline(always)]
+    fn visit_evenly<M: Machine>(
+        &mut self,
+        tree: &Tree,
+        index: usize,
+        ray: &PreparedRay,
+        instance: u32,
+    ) -> bool {
+        let block = item(&tree.blocks, index);
+        let Some(span) = block.span::<M, true>(&ray.turned) else { return false };
+        let open = before(&span, self.limit, ray.turned.behind);
+        let inside =
+            M::Eight::splat(ray.turned.beyond).below(span.from) & span.to.below(M::Eight::splat(self.first));
+        let several = open & open.wrapping_sub(1);
+        let unsure = open & !(span.sure & inside);
+        if several | unsure != 0 {
+            self.settle::<M>(tree, ray, instance);
+            return self.visit_exactly::<M>(tree, index, open, ray, instance);
+        }
+        let (found, lane) = (open != 0, open.trailing_zeros() & 7);
+        let (from, to) = (span.from.lane(lane as usize), span.to.lane(lane as usize));
+        self.block = std::hint::select_unpredictable(found, index as u32, self.block);
+        self.lane = std::hint::select_unpredictable(found, lane, self.lane);
+        self.first = std::hint::select_unpredictable(found, from, self.first);
+        self.limit = std::hint::select_unpredictable(found, to, self.limit);
+        false
+    }
+
+    type Answer = Hit;
+    const NOTHING: Hit = Hit::MISS;
+
+    #[inline(always)]
+    fn answer<M: Machine>(&self, tree: &Tree, ray: &PreparedRay, instance: u32) -> Hit {
+        if self.block == NONE {
+            return self.hit;
+        }
+        let (block, lane) = (item(&tree.blocks, self.block as usize), self.lane as usize);
+        let Meeting { t, u, v } = block.meet_surely::<M>(lane, &ray.turned);
+        let Key { geometry, prim } = Key::numbered(block.number(lane), &tree.starts);
+        Hit { t, u, v, geometry, prim, instance }
+    }
+
+    #[inline(always)]
+    fn settle<M: Machine>(&mut self, tree: &Tree, ray: &PreparedRay, instance: u32) {
+        if self.block != NONE {
+            self.hit = self.answer::<M>(tree, ray, instance);
+            (self.first, self.limit, self.block) = (self.hit.t, self.hit.t, NONE);
+        }
     }
 }
 
@@ -86,4 +224,39 @@ impl Query for Any {
         self.found = true;
         true
     }
+
+    #[inline(always)]
+    fn visit<M: Machine>(&mut self, tree: &Tree, index: usize, ray: &PreparedRay, instance: u32) -> bool {
+        let block = item(&tree.blocks, index);
+        let Some(span) = block.span::<M, false>(&ray.turned) else { return false };
+        let inside =
+            M::Eight::splat(ray.turned.beyond).below(span.from) & span.to.below(M::Eight::splat(self.t_max));
+        if span.sure & inside != 0 {
+            self.found = true;
+            return true;
+        }
+        self.visit_exactly::<M>(tree, index, before(&span, self.t_max, ray.turned.behind), ray, instance)
+    }
+
+    #[inline(always)]
+    fn visit_evenly<M: Machine>(
+        &mut self,
+        tree: &Tree,
+        index: usize,
+        ray: &PreparedRay,
+        instance: u32,
+    ) -> bool {
+        self.visit::<M>(tree, index, ray, instance)
+    }
+
+    type Answer = bool;
+    const NOTHING: bool = false;
+
+    #[inline(always)]
+    fn answer<M: Machine>(&self, _tree: &Tree, _ray: &PreparedRay, _instance: u32) -> bool {
+        self.found
+    }
+
+    #[inline(always)]
+    fn settle<M: Machine>(&mut self, _tree: &Tree, _ray: &PreparedRay, _instance: u32) {}
 }

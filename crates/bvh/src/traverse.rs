@@ -6,377 +6,443 @@
 //! one after the other, for the branch between the two cannot be foretold).
 
 use crate::bvh::Tree;
-use crate::kernel::item;
-use crate::lanes::Machine;
+use crate::kernel::{eight, eight_written, item, item_mut, written};
+use crate::lanes::{Baseline, Eight, Machine};
 use crate::node::{BoxRay, ChildRef, Kind, Node};
-use crate::prepared::PreparedRay;
-use crate::primitive::{Key, Meeting};
+use crate::prepared::{PreparedRay, packed};
+use crate::primitive::{Key, Meeting, TriangleBlock};
 use crate::query::{Any, Closest, Query};
-use crate::{Bvh, Hit, Ray, few};
+use crate::{Bvh, Hit, Ray, few, flight};
+use penombre_math::Vec3A;
+use std::hint::select_unpredictable;
+use std::mem::MaybeUninit;
 
-/// Rays in flight. Measured on AVX-512: 32 and 64 are alike, 16 is 3 to 4 % slower.
-const IN_FLIGHT: usize = 32;
-/// Fewer rays are walked one after the other.
-const WORTH_FLYING: usize = 4;
 /// Entries of a stack that need no memory of their own; enough for trees of 16 levels.
 const INLINE: usize = 128;
 
-/// What still has to be visited: references and where the ray enters them.
-struct Stack<'a> {
-    refs: &'a mut [u32],
-    entries: &'a mut [f32],
-    len: usize,
+/// What still has to be visited: references and where the ray enters them. At the bottom lies the end.
+pub(crate) struct Stack<'a> {
+    pub(crate) refs: &'a mut [MaybeUninit<u32>],
+    pub(crate) entries: &'a mut [MaybeUninit<f32>],
 }
 
 impl Stack<'_> {
-    /// Room for eight more.
+    /// Puts the end at the bottom, and above it the root.
     #[inline(always)]
-    fn room(&mut self) -> (&mut [u32; 8], &mut [f32; 8]) {
-        let refs =
-            self.refs[self.len..].first_chunk_mut().expect("a stack is made for the depth of its tree");
-        let entries = self.entries[self.len..].first_chunk_mut().expect("both lists are of one length");
-        (refs, entries)
+    fn begin(&mut self) {
+        let (refs, entries) = (eight(self.refs, 0), eight(self.entries, 0));
+        for (i, child) in [ChildRef::RETURN, ChildRef::ROOT].into_iter().enumerate() {
+            refs[i].write(child.0);
+            entries[i].write(f32::NEG_INFINITY);
+        }
+    }
+
+    /// The same above seven more ends.
+    #[inline(always)]
+    fn begin_deep(&mut self) {
+        *eight(self.refs, 0) = [MaybeUninit::new(ChildRef::RETURN.0); 8];
+        *eight(self.entries, 0) = [MaybeUninit::new(f32::NEG_INFINITY); 8];
+        eight(self.refs, 8)[0].write(ChildRef::ROOT.0);
+        eight(self.entries, 8)[0].write(f32::NEG_INFINITY);
+    }
+
+    /// [`Stack::pop`] without branches, but for rare cases.
+    #[inline(always)]
+    fn pop_evenly<M: Machine, Q: Query>(&self, len: &mut usize, limit: f32) -> ChildRef {
+        if Q::NEAREST_FIRST {
+            let limits = M::Eight::splat(limit);
+            let mut end = *len;
+            let mut reached = M::Eight::load(eight_written(self.entries, end - 8)).not_above(limits);
+            while reached == 0 {
+                end -= 8;
+                reached = M::Eight::load(eight_written(self.entries, end - 8)).not_above(limits);
+            }
+            *len = end - (reached << 24).leading_zeros() as usize - 1;
+        } else {
+            *len -= 1;
+        }
+        ChildRef(written(self.refs, *len))
+    }
+
+    /// Of `len` entries, takes the last that is entered within the limit, which the end always is.
+    #[inline(always)]
+    fn pop<Q: Query>(&self, len: &mut usize, limit: f32) -> ChildRef {
+        loop {
+            *len -= 1;
+            let beyond = Q::NEAREST_FIRST && written(self.entries, *len) > limit;
+            if !beyond {
+                return ChildRef(written(self.refs, *len));
+            }
+        }
+    }
+
+    /// Puts the children that are entered before they are left aside, behind `len` entries, the nearest last if that
+    /// matters; returns how many there are.
+    #[inline(always)]
+    fn push<M: Machine, Q: Query>(
+        &mut self,
+        len: usize,
+        node: &Node,
+        octant: u32,
+        enter: M::Eight,
+        leave: M::Eight,
+    ) -> usize {
+        let refs = eight(self.refs, len);
+        if Q::NEAREST_FIRST {
+            return M::arrange(
+                node.order(octant),
+                node.children(),
+                enter,
+                leave,
+                refs,
+                eight(self.entries, len),
+            );
+        }
+        let mask = enter.not_above(leave);
+        M::compress(mask, node.children(), refs);
+        mask.count_ones() as usize
+    }
+}
+
+/// Where a ray is.
+#[derive(Clone, Copy)]
+struct Place {
+    /// What is visited next.
+    current: ChildRef,
+    /// Entries on the stack.
+    len: usize,
+}
+
+/// A ray made ready for a tree. All fields are words of 32 bits, of any value.
+#[derive(Clone, Copy)]
+#[repr(C)]
+pub(crate) struct ReadyRay {
+    boxes: BoxRay,
+    /// How far to look, in the units of `boxes`.
+    limit: f32,
+    _filler: [f32; 3],
+    ray: PreparedRay,
+}
+
+impl ReadyRay {
+    /// Looks at nothing.
+    pub(crate) const EMPTY: Self =
+        Self { boxes: BoxRay::EMPTY, limit: f32::NEG_INFINITY, _filler: [0.0; 3], ray: PreparedRay::EMPTY };
+
+    #[inline(always)]
+    pub(crate) fn new(ray: PreparedRay, tree: &Tree, limit: f32) -> Self {
+        Self::from_raw(ray, tree, limit, ray.dir)
+    }
+
+    /// The same, sooner: `raw` is the direction before negligible components were taken out.
+    #[inline(always)]
+    fn from_raw(ray: PreparedRay, tree: &Tree, limit: f32, raw: Vec3A) -> Self {
+        let boxes = BoxRay::new(&ray, tree.aside, raw);
+        Self { boxes, limit: boxes.limit(limit), _filler: [0.0; 3], ray }
     }
 }
 
 /// A ray on its way.
-struct Walker<'a, Q> {
+#[repr(C, align(64))]
+pub(crate) struct Walker<'a> {
+    ready: ReadyRay,
+    place: Place,
     tree: &'a Tree,
-    ray: PreparedRay,
-    boxes: BoxRay,
-    query: Q,
-    /// The query's limit in the units of `boxes`.
-    limit: f32,
-    current: ChildRef,
-    instance: u32,
     stack: Stack<'a>,
+    instance: u32,
     /// While in an instance: where it came from.
-    outer: Option<Outer<'a>>,
+    outer: Option<(&'a Tree, PreparedRay)>,
 }
 
-struct Outer<'a> {
-    tree: &'a Tree,
-    ray: PreparedRay,
-    boxes: BoxRay,
-}
-
-impl<'a, Q: Query> Walker<'a, Q> {
+impl<'a> Walker<'a> {
     #[inline(always)]
-    fn new(tree: &'a Tree, ray: PreparedRay, query: Q, stack: Stack<'a>) -> Self {
-        let boxes = BoxRay::new(&ray, tree.extent, tree.aside);
-        let limit = boxes.limit(query.limit());
-        let (current, instance) = (ChildRef::ROOT, Hit::NO_INSTANCE);
-        Self { tree, ray, boxes, query, limit, current, instance, stack, outer: None }
+    pub(crate) fn new(tree: &'a Tree, ready: ReadyRay, stack: Stack<'a>) -> Self {
+        let place = Place { current: ChildRef::ROOT, len: 1 };
+        Self { tree, ready, place, instance: Hit::NO_INSTANCE, stack, outer: None }
     }
 
     /// The same for another ray.
     #[inline(always)]
-    fn restart(&mut self, tree: &'a Tree, ray: PreparedRay, query: Q) {
-        self.tree = tree;
-        self.boxes = BoxRay::new(&ray, tree.extent, tree.aside);
-        self.limit = self.boxes.limit(query.limit());
-        (self.ray, self.query) = (ray, query);
-        (self.current, self.instance, self.outer) = (ChildRef::ROOT, Hit::NO_INSTANCE, None);
-        self.stack.len = 0;
+    pub(crate) fn restart(&mut self, tree: &'a Tree, ready: &ReadyRay) {
+        (self.tree, self.ready) = (tree, *ready);
+        (self.instance, self.outer) = (Hit::NO_INSTANCE, None);
+        self.begin();
     }
 
-    /// Visits a node or a leaf; true at the end of the way.
+    /// The root waits.
     #[inline(always)]
-    fn step<M: Machine>(&mut self) -> bool {
-        if !self.current.is_node() {
-            return self.visit_leaf::<M>() || self.pop();
-        }
-        let node = item(&self.tree.nodes, self.current.index());
-        let (mask, entry) = node.cross::<M>(&self.boxes, self.limit);
-        if mask == 0 {
-            return self.pop();
-        }
-        if mask & (mask - 1) == 0 {
-            self.current = node.child(mask.trailing_zeros());
-            return false;
-        }
-        self.put_aside::<M>(node, mask, entry);
-        self.stack.len -= 1;
-        self.current = ChildRef(self.stack.refs[self.stack.len]);
-        false
+    pub(crate) fn begin(&mut self) {
+        self.stack.begin_deep();
+        self.place.len = 9;
     }
 
-    /// Visits a node, the same way for any number of children; true at the end of the way.
+    /// Takes what is to be visited next.
     #[inline(always)]
-    fn visit_node<M: Machine>(&mut self) -> bool {
-        let node = item(&self.tree.nodes, self.current.index());
-        let (mask, entry) = node.cross::<M>(&self.boxes, self.limit);
-        self.put_aside::<M>(node, mask, entry);
-        self.pop()
+    pub(crate) fn next_evenly<M: Machine, Q: Query>(&mut self) -> ChildRef {
+        self.stack.pop_evenly::<M, Q>(&mut self.place.len, self.ready.limit)
     }
 
-    /// Puts the children in `mask` on the stack, the nearest last if that matters.
+    /// Takes what is to be visited next.
     #[inline(always)]
-    fn put_aside<M: Machine>(&mut self, node: &Node, mask: u32, entry: M::Eight) {
-        let octant = self.boxes.octant;
-        let (refs, entries) = self.stack.room();
-        if Q::NEAREST_FIRST {
-            M::arrange(mask, node.order(octant), node.children(), entry, refs, entries);
-        } else {
-            M::compress(mask, node.children(), refs);
-        }
-        self.stack.len += mask.count_ones() as usize;
+    pub(crate) fn next<Q: Query>(&mut self) -> ChildRef {
+        self.place.current = self.stack.pop::<Q>(&mut self.place.len, self.ready.limit);
+        self.place.current
     }
 
-    /// Goes on with what was put aside last; true if there is nothing.
+    /// Nothing is left to visit.
     #[inline(always)]
-    fn pop(&mut self) -> bool {
-        while self.stack.len > 0 {
-            self.stack.len -= 1;
-            let next = ChildRef(self.stack.refs[self.stack.len]);
-            if next == ChildRef::RETURN {
-                self.leave();
-            } else if !Q::NEAREST_FIRST || self.reaches(self.stack.entries[self.stack.len]) {
-                self.current = next;
-                return false;
-            }
-        }
-        true
+    pub(crate) fn ends_at(&self, next: ChildRef) -> bool {
+        next == ChildRef::RETURN && self.outer.is_none()
     }
 
-    /// Whether a box that is entered there may hold something of interest; NaN decides nothing.
+    /// Visits a node, the same way for any number of children.
     #[inline(always)]
-    fn reaches(&self, entry: f32) -> bool {
-        let beyond = entry > self.limit;
-        !beyond
+    pub(crate) fn visit_node<M: Machine, Q: Query>(&mut self, node: ChildRef) {
+        let node = item(&self.tree.nodes, node.index());
+        let (enter, leave) = node.cross::<M>(&self.ready.boxes.spread::<M>(), self.ready.limit);
+        self.place.len +=
+            self.stack.push::<M, Q>(self.place.len, node, self.ready.boxes.octant, enter, leave);
     }
 
-    /// True if the query is content.
+    /// Visits triangles; true if the query is content.
     #[inline(always)]
-    fn visit_leaf<M: Machine>(&mut self) -> bool {
-        let (tree, index) = (self.tree, self.current.index());
-        match self.current.kind() {
-            Kind::Triangles => {
-                let block = item(&tree.blocks, index);
-                let mut open = block.candidates::<M>(&self.ray);
-                while open != 0 {
-                    let lane = open.trailing_zeros() as usize % 8;
-                    open &= open - 1;
-                    if let Some(meeting) = block.meet(lane, &self.ray)
-                        && self.offer(meeting, block.key(lane))
-                    {
-                        return true;
-                    }
-                }
-                false
-            }
-            Kind::Sphere => {
-                let sphere = item(&tree.spheres, index);
-                sphere.meet(&self.ray.line()).single().is_some_and(|at| self.offer(at, sphere.key))
-            }
-            Kind::Quad => {
-                let quad = item(&tree.quads, index);
-                quad.meet(&self.ray.line()).single().is_some_and(|at| self.offer(at, quad.key))
-            }
-            Kind::Disk => {
-                let disk = item(&tree.disks, index);
-                disk.meet(&self.ray.line()).single().is_some_and(|at| self.offer(at, disk.key))
-            }
-            Kind::Instance => {
-                self.enter(index);
-                false
-            }
-            Kind::Node | Kind::Return => false,
-        }
-    }
-
-    #[inline(always)]
-    fn offer(&mut self, at: Meeting, key: Key) -> bool {
-        let content = self.query.offer(at, key, self.instance);
-        self.limit = self.boxes.limit(self.query.limit());
+    pub(crate) fn visit_triangles<M: Machine, Q: Query>(&mut self, leaf: ChildRef, query: &mut Q) -> bool {
+        let index = leaf.index();
+        let content = query.visit_evenly::<M>(self.tree, index, &self.ready.ray, self.instance);
+        self.ready.limit = self.ready.boxes.limit(query.limit());
         content
     }
 
-    /// Goes into an instance, if the ray can be followed there: its root waits next, and below it the way back.
-    fn enter(&mut self, index: usize) {
-        let record = item(&self.tree.instances, index);
-        let Some(local) = record.local_ray(&self.ray) else { return };
-        let inner = &record.bvh.tree;
-        let boxes = BoxRay::new(&local, inner.extent, inner.aside);
-        self.limit = boxes.limit(self.query.limit());
-        let (refs, entries) = self.stack.room();
-        (refs[0], refs[1]) = (ChildRef::RETURN.0, ChildRef::ROOT.0);
-        (entries[0], entries[1]) = (f32::NEG_INFINITY, f32::NEG_INFINITY);
-        self.stack.len += 2;
-        let outer = Outer {
-            tree: std::mem::replace(&mut self.tree, inner),
-            ray: std::mem::replace(&mut self.ray, local),
-            boxes: std::mem::replace(&mut self.boxes, boxes),
+    /// Visits what is neither node nor triangles nor the end; true if the query is content.
+    #[inline(never)]
+    pub(crate) fn visit_other<Q: Query>(&mut self, leaf: ChildRef, query: &mut Q) -> bool {
+        let (tree, index) = (self.tree, leaf.index());
+        let over = match leaf.kind() {
+            Kind::Sphere => {
+                let sphere = item(&tree.spheres, index);
+                self.offer(query, sphere.meet(&self.ready.ray.line()).single(), sphere.key)
+            }
+            Kind::Quad => {
+                let quad = item(&tree.quads, index);
+                self.offer(query, quad.meet(&self.ready.ray.line()).single(), quad.key)
+            }
+            Kind::Disk => {
+                let disk = item(&tree.disks, index);
+                self.offer(query, disk.meet(&self.ready.ray.line()).single(), disk.key)
+            }
+            Kind::Instance => {
+                self.enter(query, index);
+                false
+            }
+            Kind::Return => {
+                self.leave(query);
+                false
+            }
+            Kind::Node | Kind::Triangles | Kind::Nothing => false,
         };
-        (self.outer, self.instance) = (Some(outer), record.index);
+        self.ready.limit = self.ready.boxes.limit(query.limit());
+        over
+    }
+
+    /// Takes a hit if there is one; true if the query is content.
+    #[inline(always)]
+    fn offer<Q: Query>(&self, query: &mut Q, at: Option<Meeting>, key: Key) -> bool {
+        let Some(at) = at else { return false };
+        self.settle::<Baseline, Q>(query);
+        query.offer(at, key, self.instance)
+    }
+
+    /// The answer at the end.
+    #[inline(always)]
+    pub(crate) fn answer<M: Machine, Q: Query>(&self, query: &Q) -> Q::Answer {
+        query.answer::<M>(self.tree, &self.ready.ray, self.instance)
+    }
+
+    #[inline(always)]
+    fn settle<M: Machine, Q: Query>(&self, query: &mut Q) {
+        query.settle::<M>(self.tree, &self.ready.ray, self.instance);
+    }
+
+    /// Goes into an instance, if the ray can be followed there: its root waits next, and below it the way back.
+    fn enter<Q: Query>(&mut self, query: &mut Q, index: usize) {
+        self.settle::<Baseline, Q>(query);
+        let record = item(&self.tree.instances, index);
+        let Some(local) = record.local_ray(&self.ready.ray) else { return };
+        let inner = &record.bvh.tree;
+        let (refs, entries) =
+            (eight(self.stack.refs, self.place.len), eight(self.stack.entries, self.place.len));
+        for (i, child) in [ChildRef::RETURN, ChildRef::ROOT].into_iter().enumerate() {
+            refs[i].write(child.0);
+            entries[i].write(f32::NEG_INFINITY);
+        }
+        self.place.len += 2;
+        self.outer = Some((self.tree, self.ready.ray));
+        self.ready = ReadyRay::new(local, inner, query.limit());
+        (self.tree, self.instance) = (inner, record.index);
     }
 
     /// Comes back from an instance.
-    fn leave(&mut self) {
-        let Some(outer) = self.outer.take() else { return };
-        (self.tree, self.ray, self.boxes) = (outer.tree, outer.ray, outer.boxes);
-        self.instance = Hit::NO_INSTANCE;
-        self.limit = self.boxes.limit(self.query.limit());
+    fn leave<Q: Query>(&mut self, query: &mut Q) {
+        self.settle::<Baseline, Q>(query);
+        let Some((tree, ray)) = self.outer.take() else { return };
+        self.ready = ReadyRay::new(ray, tree, query.limit());
+        (self.tree, self.instance) = (tree, Hit::NO_INSTANCE);
     }
 
-    /// Says what the next step will read.
+    /// Says what will be read.
     #[inline(always)]
-    fn prefetch<M: Machine>(&self) {
-        let index = self.current.index();
-        if self.current.is_node() {
-            M::prefetch(item(&self.tree.nodes, index));
-        } else if self.current.kind() == Kind::Triangles {
-            M::prefetch(item(&self.tree.blocks, index));
-        }
+    pub(crate) fn prefetch<M: Machine>(&self, next: ChildRef) {
+        prefetch::<M>(self.tree, next);
     }
+}
+
+/// Says what will be read. Without branches, for nobody can foretell whether it is a node.
+#[inline(always)]
+fn prefetch<M: Machine>(tree: &Tree, next: ChildRef) {
+    let Tree { nodes, blocks, .. } = tree;
+    let (node, at) = (next.is_node(), next.index());
+    let start = select_unpredictable(node, nodes.as_ptr().addr(), blocks.as_ptr().addr());
+    let size = select_unpredictable(node, size_of::<Node>(), size_of::<TriangleBlock>());
+    M::prefetch(start.wrapping_add(at.wrapping_mul(size)));
 }
 
 /// The closest hit of every ray. `M` is the processor it runs on.
 #[inline(always)]
 pub(crate) fn closest<M: Machine>(bvh: &Bvh, rays: &[Ray], hits: &mut [Hit]) {
     if bvh.tree.few {
-        return few::closest::<M::Four>(&bvh.tree, rays, hits);
+        let done = rays.len() - M::closest_of_few(&bvh.tree, rays, hits);
+        few::closest::<1, f64>(&bvh.tree, &rays[done..], &mut hits[done..]);
+        return;
     }
-    let mut put = |i: usize, query: Closest| hits[i] = query.hit;
-    trace::<M, Closest>(bvh, rays, &mut put);
+    flight::fly::<M, Closest>(&bvh.tree, rays, |i, hit| M::put(hit, item_mut(hits, i)));
 }
 
 /// Whether each ray hits anything.
 #[inline(always)]
 pub(crate) fn occluded<M: Machine>(bvh: &Bvh, rays: &[Ray], blocked: &mut [bool]) {
     if bvh.tree.few {
-        return few::occluded::<M::Four>(&bvh.tree, rays, blocked);
+        let done = rays.len() - M::occluded_by_few(&bvh.tree, rays, blocked);
+        few::occluded::<1, f64>(&bvh.tree, &rays[done..], &mut blocked[done..]);
+        return;
     }
-    let mut put = |i: usize, query: Any| blocked[i] = query.found;
-    trace::<M, Any>(bvh, rays, &mut put);
+    flight::fly::<M, Any>(&bvh.tree, rays, |i, found| *item_mut(blocked, i) = found);
 }
 
-/// Follows all rays and hands each query to `put`.
+/// The closest hit of one ray.
 #[inline(always)]
-fn trace<M: Machine, Q: Query>(bvh: &Bvh, rays: &[Ray], put: &mut impl FnMut(usize, Q)) {
-    let need = bvh.tree.stack;
-    if rays.len() >= WORTH_FLYING {
-        return fly::<M, Q>(bvh, rays, need, put);
+pub(crate) fn closest_one<M: Machine>(bvh: &Bvh, ray: &Ray, hit: &mut Hit) {
+    if bvh.tree.few {
+        few::closest::<1, f64>(&bvh.tree, std::slice::from_ref(ray), std::slice::from_mut(hit));
+    } else {
+        M::put(walk::<M, Closest>(&bvh.tree, ray), hit);
     }
-    let (mut refs, mut entries) = ([0; INLINE], [0.0; INLINE]);
+}
+
+/// Whether one ray hits anything.
+#[inline(always)]
+pub(crate) fn occluded_one<M: Machine>(bvh: &Bvh, ray: &Ray) -> bool {
+    if bvh.tree.few {
+        let mut blocked = false;
+        few::occluded::<1, f64>(&bvh.tree, std::slice::from_ref(ray), std::slice::from_mut(&mut blocked));
+        return blocked;
+    }
+    walk::<M, Any>(&bvh.tree, ray)
+}
+
+/// Follows one ray to its end.
+#[inline(always)]
+fn walk<M: Machine, Q: Query>(tree: &Tree, ray: &Ray) -> Q::Answer {
+    let mut query = Q::new(ray);
+    let raw = packed(ray.dir, ray.t_max);
+    let Some(ray) = PreparedRay::new(ray, tree.extent) else { return Q::NOTHING };
+    let (mut refs, mut entries) = ([MaybeUninit::uninit(); INLINE], [MaybeUninit::uninit(); INLINE]);
     let (mut more_refs, mut more_entries) = (Vec::new(), Vec::new());
-    let (mut refs, mut entries) = (&mut refs[..], &mut entries[..]);
-    if need > INLINE {
-        more_refs.resize(need, 0);
-        more_entries.resize(need, 0.0);
-        (refs, entries) = (&mut more_refs[..], &mut more_entries[..]);
+    let mut stack = Stack { refs: &mut refs, entries: &mut entries };
+    if tree.stack > INLINE {
+        stack =
+            Stack { refs: room(&mut more_refs, tree.stack), entries: room(&mut more_entries, tree.stack) };
     }
-    for (i, ray) in rays.iter().enumerate() {
-        let query = Q::new(ray);
-        let Some(ray) = PreparedRay::new(ray) else {
-            put(i, query);
-            continue;
-        };
-        let stack = Stack { refs: &mut *refs, entries: &mut *entries, len: 0 };
-        let mut walker = Walker::new(&bvh.tree, ray, query, stack);
-        while !walker.step::<M>() {}
-        put(i, walker.query);
+    stack.begin();
+    let ready = ReadyRay::from_raw(ray, tree, query.limit(), raw);
+    let mut place = Place { current: ChildRef::ROOT, len: 1 };
+    let content = descend::<M, Q>(tree, &ready, Hit::NO_INSTANCE, &mut stack, &mut place, &mut query);
+    if content || place.current == ChildRef::RETURN {
+        return query.answer::<M>(tree, &ready.ray, Hit::NO_INSTANCE);
     }
-}
-
-/// The next ray that may hit anything; the others are done at once.
-#[inline(always)]
-fn next_ray<Q: Query>(
-    rays: &[Ray],
-    next: &mut usize,
-    put: &mut impl FnMut(usize, Q),
-) -> Option<(usize, PreparedRay, Q)> {
-    while let Some(ray) = rays.get(*next) {
-        let (index, query) = (*next, Q::new(ray));
-        *next += 1;
-        match PreparedRay::new(ray) {
-            Some(prepared) => return Some((index, prepared, query)),
-            None => put(index, query),
+    // Only now the ray needs memory.
+    let mut walker = Walker { place, ..Walker::new(tree, ready, stack) };
+    let mut late = query;
+    while !walker.visit_other(walker.place.current, &mut late) {
+        walker.next::<Q>();
+        let Walker { tree, ready, instance, ref mut stack, ref mut place, .. } = walker;
+        if descend::<M, Q>(tree, &ready, instance, stack, place, &mut late)
+            || walker.ends_at(walker.place.current)
+        {
+            break;
         }
     }
-    None
+    walker.answer::<M, Q>(&late)
 }
 
-/// Several rays in flight.
+/// Goes on until there is something else than nodes and triangles to visit; true if the query is content.
 #[inline(always)]
-fn fly<M: Machine, Q: Query>(bvh: &Bvh, rays: &[Ray], need: usize, put: &mut impl FnMut(usize, Q)) {
-    let count = rays.len().min(IN_FLIGHT);
-    let (mut refs, mut entries) = (vec![0; count * need], vec![0.0; count * need]);
-    let stacks = refs.chunks_exact_mut(need).zip(entries.chunks_exact_mut(need));
-    let mut next = 0;
-    let mut slots = Vec::with_capacity(count);
-    for (refs, entries) in stacks {
-        let Some((index, ray, query)) = next_ray(rays, &mut next, put) else { break };
-        slots.push((index, Walker::new(&bvh.tree, ray, query, Stack { refs, entries, len: 0 })));
-    }
-    let mut ended = Chosen::new();
-    while !slots.is_empty() {
-        round::<M, Q>(&mut slots, &mut ended);
-        // The last first, so that what is taken out moves none that is still to come.
-        for &i in ended.list().iter().rev() {
-            let (index, walker) = &mut slots[i];
-            put(*index, walker.query);
-            match next_ray(rays, &mut next, put) {
-                Some((new, ray, query)) => {
-                    *index = new;
-                    walker.restart(&bvh.tree, ray, query);
+fn descend<M: Machine, Q: Query>(
+    tree: &Tree,
+    ready: &ReadyRay,
+    instance: u32,
+    stack: &mut Stack<'_>,
+    place: &mut Place,
+    query: &mut Q,
+) -> bool {
+    // What changes lies in registers.
+    let (Place { mut current, mut len }, mut asked) = (*place, *query);
+    let ReadyRay { boxes, ray, mut limit, .. } = *ready;
+    let spread = boxes.spread::<M>();
+    let (nodes, large) = (&tree.nodes[..], tree.large);
+    let content = loop {
+        while current.is_node() {
+            let node = item(nodes, current.index());
+            let (enter, leave) = node.cross::<M>(&spread, limit);
+            let mask = enter.not_above(leave);
+            if !Q::NEAREST_FIRST && mask != 0 {
+                // The last one goes first; that does not wait until the others are put aside.
+                len += stack.push::<M, Q>(len, node, boxes.octant, enter, leave) - 1;
+                current = node.child(mask.ilog2());
+                if large {
+                    prefetch::<M>(tree, ChildRef(written(stack.refs, len - 1)));
                 }
-                None => drop(slots.swap_remove(i)),
+            } else if mask & mask.wrapping_sub(1) != 0 {
+                len += stack.push::<M, Q>(len, node, boxes.octant, enter, leave) - 1;
+                current = ChildRef(written(stack.refs, len));
+                if large {
+                    // What comes after the subtree now entered.
+                    prefetch::<M>(tree, ChildRef(written(stack.refs, len - 1)));
+                }
+            } else if mask != 0 {
+                current = node.child(mask.trailing_zeros());
+            } else {
+                current = stack.pop::<Q>(&mut len, limit);
             }
         }
-    }
+        if !current.is_triangles() {
+            break false;
+        }
+        if large {
+            prefetch::<M>(tree, ChildRef(written(stack.refs, len - 1)));
+        }
+        if asked.visit::<M>(tree, current.index(), &ray, instance) {
+            break true;
+        }
+        limit = boxes.limit(asked.limit());
+        current = stack.pop::<Q>(&mut len, limit);
+    };
+    (*place, *query) = (Place { current, len }, asked);
+    content
 }
 
-/// Slots chosen one after the other, without branches.
-struct Chosen {
-    slots: [usize; IN_FLIGHT],
-    count: usize,
-}
-
-impl Chosen {
-    #[inline(always)]
-    fn new() -> Self {
-        Self { slots: [0; IN_FLIGHT], count: 0 }
-    }
-
-    #[inline(always)]
-    fn add_if(&mut self, slot: usize, chosen: bool) {
-        self.slots[self.count % IN_FLIGHT] = slot;
-        self.count += usize::from(chosen);
-    }
-
-    #[inline(always)]
-    fn list(&self) -> &[usize] {
-        &self.slots[..self.count.min(IN_FLIGHT)]
-    }
-}
-
-/// A step of each ray: first those at nodes, then those at leaves, so that the processor foretells which it is.
+/// Memory for that many.
 #[inline(always)]
-fn round<M: Machine, Q: Query>(slots: &mut [(usize, Walker<'_, Q>)], ended: &mut Chosen) {
-    let (mut at_nodes, mut at_leaves) = (Chosen::new(), Chosen::new());
-    for (i, (_, walker)) in slots.iter().enumerate() {
-        let is_node = walker.current.is_node();
-        at_nodes.add_if(i, is_node);
-        at_leaves.add_if(i, !is_node);
-    }
-    ended.count = 0;
-    for &i in at_nodes.list() {
-        let walker = &mut slots[i].1;
-        let over = walker.visit_node::<M>();
-        ended.add_if(i, over);
-        if !over {
-            walker.prefetch::<M>();
-        }
-    }
-    for &i in at_leaves.list() {
-        let walker = &mut slots[i].1;
-        let over = walker.visit_leaf::<M>() || walker.pop();
-        ended.add_if(i, over);
-        if !over {
-            walker.prefetch::<M>();
-        }
-    }
-    let count = ended.count.min(IN_FLIGHT);
-    ended.slots[..count].sort_unstable();
+pub(crate) fn room<T>(list: &mut Vec<T>, count: usize) -> &mut [MaybeUninit<T>] {
+    list.reserve_exact(count);
+    &mut list.spare_capacity_mut()[..count]
 }

@@ -3,7 +3,7 @@
 use crate::args::InfoArgs;
 use crate::scene::{Prepared, prepare};
 use crate::{Exit, terminal};
-use penombre::scene::{Count, Summary};
+use penombre::scene::{Count, Hierarchy, Summary};
 use serde_json::{Value, json};
 
 /// Tells what is inside a scene.
@@ -26,7 +26,7 @@ fn to_json(scene: &str, prepared: &Prepared, summary: &Summary) -> Value {
             .collect::<serde_json::Map<_, _>>()
             .into()
     };
-    let (b, job) = (summary.bounds, &prepared.plan.job);
+    let (b, job, tree) = (summary.bounds, &prepared.plan.job, prepared.plan.scene.hierarchy());
     let bounds =
         if b.is_empty() { Value::Null } else { json!({"min": b.min.to_array(), "max": b.max.to_array()}) };
     json!({
@@ -42,6 +42,11 @@ fn to_json(scene: &str, prepared: &Prepared, summary: &Summary) -> Value {
         "instances": summary.instances,
         "bounds": bounds,
         "bvh_bytes": summary.bvh_bytes,
+        "bvh_nodes": tree.nodes,
+        "bvh_leaves": tree.leaves,
+        "bvh_depth": tree.depth,
+        "bvh_sah_cost": tree.sah_cost,
+        "bvh_build_s": tree.build_time.as_secs_f64(),
         "asset_bytes": prepared.loaded.assets.bytes(),
         "extensions": [],
         "integrator": prepared.plan.integrator.name(),
@@ -74,6 +79,7 @@ fn to_text(prepared: &Prepared, summary: &Summary) -> String {
         ("lights", list(&summary.lights)),
         ("cameras", names.collect::<Vec<_>>().join(", ")),
         ("bounds", bounds),
+        ("tree", tree_text(&prepared.plan.scene.hierarchy())),
         (
             "memory",
             format!(
@@ -95,6 +101,21 @@ fn to_text(prepared: &Prepared, summary: &Summary) -> String {
         ("times", format!("loaded in {:.3} s, built in {:.3} s", prepared.load_s, prepared.build_s)),
     ];
     lines.map(|(name, value)| format!("{name:10} {value}")).join("\n")
+}
+
+fn tree_text(tree: &Hierarchy) -> String {
+    let nested = match tree.nested {
+        0 => String::new(),
+        n => format!(", nested {n}"),
+    };
+    format!(
+        "nodes {}, leaves {}, depth {}{nested}, cost {:.1}, built in {:.3} s",
+        tree.nodes,
+        tree.leaves,
+        tree.depth,
+        tree.sah_cost,
+        tree.build_time.as_secs_f64()
+    )
 }
 
 fn triple(v: penombre_math::Vec3) -> String {

@@ -252,6 +252,7 @@ fn info_and_trace_speak_to_people_and_programs() {
     let info = folder.json(&["info", "cornell", "--json"]);
     assert_eq!(info["shapes"]["quad"], 6);
     assert_eq!(info["cameras"], serde_json::json!(["main"]));
+    assert!(info["bvh_nodes"].as_u64() >= Some(1) && info["bvh_build_s"].as_f64() > Some(0.0), "{info}");
     assert!(folder.ok(&["trace", "cornell", "--pixel", "330,380"]).contains("refraction from vertex 0"));
     let path = folder.json(&["trace", "cornell", "--pixel", "330,380", "--sample", "3", "--json"]);
     let vertices = path["vertices"].as_array().unwrap();

@@ -20,6 +20,6 @@ pub mod transform;
 
 pub use bounds::Bounds3;
 pub use frame::Frame;
-pub use glam::{DAffine3, DMat3, DVec2, DVec3, Mat3, UVec2, Vec2, Vec3, Vec3A, Vec4};
+pub use glam::{DAffine3, DMat3, DVec2, DVec3, Mat3, UVec2, Vec2, Vec3, Vec3A, Vec3Swizzles, Vec4};
 pub use spectrum::Spectrum;
 pub use transform::Transform;

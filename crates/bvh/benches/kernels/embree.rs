@@ -11,6 +11,7 @@ use libloading::Library;
 use penombre_bvh::{Hit, Ray};
 use penombre_math::Vec3;
 use std::ffi::{c_char, c_int, c_uint, c_void};
+use std::mem::ManuallyDrop;
 use std::path::PathBuf;
 use std::ptr::null_mut;
 use std::sync::Arc;
@@ -87,8 +88,8 @@ struct Api {
     occluded1: Single1,
     intersect16: Packet16,
     occluded16: Packet16,
-    /// Keeps the code that all of these point into.
-    _library: Library,
+    /// The code that all of these point into. It is never unloaded: its threads may outlive the device.
+    _library: ManuallyDrop<Library>,
 }
 
 impl Api {
@@ -123,7 +124,7 @@ impl Api {
             occluded1: symbol!(b"rtcOccluded1\0"),
             intersect16: symbol!(b"rtcIntersect16\0"),
             occluded16: symbol!(b"rtcOccluded16\0"),
-            _library: library,
+            _library: ManuallyDrop::new(library),
         })
     }
 }

@@ -16,10 +16,13 @@
 //! Embree's 16-ray calls are made as for rays in all directions, which suits bounces and shadows best. Primary rays it
 //! traces faster if told that they are coherent; that figure stands below the row and counts in no ratio.
 //!
+//! The same program also asks who is right where the two differ ([`agree`]), and how cost grows with size ([`scale`]).
+//!
 //! `--json` puts one object a line on standard output, one for each mesh and ray kind (Mrays/s, one thread) and one
 //! for each mesh (seconds, bytes); everything else goes to standard error then.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a bench talks to a person")]
 
+mod agree;
 mod embree;
 mod files;
 mod measure;
@@ -29,6 +32,7 @@ mod ours;
 mod packets;
 mod rays;
 mod report;
+mod scale;
 
 use embree::Embree;
 use meshes::Mesh;
@@ -36,8 +40,17 @@ use options::Options;
 use report::Report;
 use std::process::ExitCode;
 
+/// Rays of each kind unless said otherwise.
+const RAYS: usize = 400_000;
+
 fn main() -> ExitCode {
-    match Options::parse(std::env::args().skip(1)).and_then(|options| run(&options)) {
+    let mut words = std::env::args().skip(1).filter(|word| word != "--bench").peekable();
+    let outcome = match words.peek().map(String::as_str) {
+        Some("agree") => agree::run(words.skip(1)),
+        Some("scale") => scale::run(words.skip(1)),
+        _ => Options::parse(words, RAYS).and_then(|options| run(&options)),
+    };
+    match outcome {
         Ok(()) => ExitCode::SUCCESS,
         Err(message) => {
             eprintln!("error: {message}");

@@ -233,7 +233,7 @@ pub fn median(mut values: Vec<f64>) -> f64 {
 
 /// Processor time of this thread.
 #[cfg(unix)]
-fn thread_seconds() -> f64 {
+pub fn thread_seconds() -> f64 {
     let mut time = libc::timespec { tv_sec: 0, tv_nsec: 0 };
     // SAFETY: the clock is one that POSIX names, and `time` is writable memory of the type it fills.
     unsafe { libc::clock_gettime(libc::CLOCK_THREAD_CPUTIME_ID, &raw mut time) };
@@ -242,7 +242,7 @@ fn thread_seconds() -> f64 {
 
 /// Wall time, where the system has no clock for a thread.
 #[cfg(not(unix))]
-fn thread_seconds() -> f64 {
+pub fn thread_seconds() -> f64 {
     static START: std::sync::OnceLock<Instant> = std::sync::OnceLock::new();
     START.get_or_init(Instant::now).elapsed().as_secs_f64()
 }

@@ -237,9 +237,14 @@ fn soup() -> Result<Mesh, String> {
 
 /// A rough ball of 1 M triangles.
 fn sphere() -> Result<Mesh, String> {
+    Ok(rough_ball(708).in_room())
+}
+
+/// A rough ball of `side` latitudes and longitudes: 2·`side`² triangles, less those that end in a point.
+pub fn rough_ball(side: u32) -> Mesh {
     let mut mesh = Mesh::default();
-    mesh.ball([708, 708], Vec3::ZERO, |d| 0.75 + 0.5 * fractal(d * 2.5 + 9.0, 8));
-    Ok(mesh.in_room())
+    mesh.ball([side, side], Vec3::ZERO, |d| 0.75 + 0.5 * fractal(d * 2.5 + 9.0, 8));
+    mesh
 }
 
 /// Mountains of 4 M triangles, seen from above them.

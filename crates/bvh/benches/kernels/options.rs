@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 const USAGE: &str =
-    "cargo xtask bench kernels [--only NAME-PART] [--mesh FILE]… [--rays N] [--reps N] [--json]";
+    "cargo xtask bench kernels|agree [--only NAME-PART] [--mesh FILE]… [--rays N] [--reps N] [--json]";
 
 /// What the person asked for.
 pub struct Options {
@@ -20,9 +20,10 @@ pub struct Options {
 }
 
 impl Options {
-    /// Reads the words after the program's name. Cargo adds `--bench`, which says nothing.
-    pub fn parse(mut words: impl Iterator<Item = String>) -> Result<Self, String> {
-        let mut options = Self { only: None, meshes: Vec::new(), rays: 400_000, reps: 5, json: false };
+    /// Reads the words after the program's name; `rays` unless they say otherwise. Cargo adds `--bench`, which says
+    /// nothing.
+    pub fn parse(mut words: impl Iterator<Item = String>, rays: usize) -> Result<Self, String> {
+        let mut options = Self { only: None, meshes: Vec::new(), rays, reps: 5, json: false };
         while let Some(word) = words.next() {
             let mut value = || words.next().ok_or_else(|| format!("`{word}` needs a value\n\n{USAGE}"));
             match word.as_str() {
@@ -44,7 +45,8 @@ impl Options {
     }
 }
 
-fn count(text: &str) -> Result<usize, String> {
+/// A whole number above 0.
+pub fn count(text: &str) -> Result<usize, String> {
     let number = text.replace('_', "").parse().ok().filter(|n| *n > 0);
     number.ok_or_else(|| format!("`{text}` is no whole number above 0"))
 }

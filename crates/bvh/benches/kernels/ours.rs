@@ -1,19 +1,23 @@
 //! Our kernels as this bench calls them: the one place to change when the library's interface does.
 
 use crate::measure::Kernel;
-use penombre_bvh::{BuildOptions, Bvh, Geometry, Hit, Ray};
+use penombre_bvh::{BuildOptions, Bvh, Geometry, Hit, Quality, Ray};
 
 /// Rays in one call of the batch interface, as many as the renderer gathers of shadow rays.
 const BATCH: usize = 2048;
 
-/// The build for previews. The library has no faster build yet than its default.
+/// The build for previews.
 pub fn build_fast(geometry: Geometry) -> Result<Bvh, String> {
-    Bvh::build(vec![geometry], &BuildOptions::default()).map_err(|e| e.to_string())
+    build(geometry, Quality::Fast)
 }
 
 /// The build for final pictures.
 pub fn build_high(geometry: Geometry) -> Result<Bvh, String> {
-    Bvh::build(vec![geometry], &BuildOptions::default()).map_err(|e| e.to_string())
+    build(geometry, Quality::High)
+}
+
+fn build(geometry: Geometry, quality: Quality) -> Result<Bvh, String> {
+    Bvh::build(vec![geometry], &BuildOptions::with_quality(quality)).map_err(|e| e.to_string())
 }
 
 /// One ray a call.

@@ -1,7 +1,7 @@
 //! The rays that all kernels get: primary, diffuse bounce, shadow.
 
 use crate::measure::Kernel;
-use crate::meshes::Mesh;
+use crate::meshes::{Mesh, View};
 use crate::ours::Batch;
 use penombre_bvh::{Bvh, Hit, Ray};
 use penombre_lab::Pcg32;
@@ -45,18 +45,23 @@ impl Rays {
 
 /// About `count` rays of each kind for a mesh; one bounce and one shadow ray leave each point that a primary ray hits.
 pub fn make(mesh: &Mesh, bvh: &Bvh, count: usize) -> Rays {
-    let primary = camera(mesh, count);
+    make_seen(&mesh.view, bvh, count, |hit| mesh.normal(hit.prim))
+}
+
+/// [`make`] of anything whose normals are known.
+pub fn make_seen(view: &View, bvh: &Bvh, count: usize, normal: impl Fn(&Hit) -> Vec3) -> Rays {
+    let primary = camera(view, count);
     let mut hits = vec![Hit::MISS; primary.len()];
     Batch(bvh).closest(&primary, &mut hits);
     let mut rng = Pcg32::new(5);
     let mut rays = Rays { primary, bounce: Vec::new(), shadow: Vec::new() };
     for (ray, hit) in rays.primary.iter().zip(&hits).filter(|(_, hit)| hit.is_hit()) {
-        let normal = facing(mesh.normal(hit.prim), ray.dir);
+        let normal = facing(normal(hit), ray.dir);
         let from = ray.at(hit.t) + normal * (2e-5 * hit.t);
         let bounce = (normal + direction(&mut rng)).try_normalize().unwrap_or(normal);
         rays.bounce.push(Ray::new(from, bounce, 0.0, f32::INFINITY));
-        let side = |rng: &mut Pcg32| (rng.next_f32() - 0.5) * mesh.view.light_side;
-        let target = mesh.view.light + Vec3::new(side(&mut rng), 0.0, side(&mut rng));
+        let side = |rng: &mut Pcg32| (rng.next_f32() - 0.5) * view.light_side;
+        let target = view.light + Vec3::new(side(&mut rng), 0.0, side(&mut rng));
         let way = target - from;
         rays.shadow.push(Ray::new(from, way.normalize(), 0.0, way.length() * 0.9999));
     }
@@ -64,17 +69,17 @@ pub fn make(mesh: &Mesh, bvh: &Bvh, count: usize) -> Rays {
 }
 
 /// A picture of 4 : 3 that is as wide as its distance.
-fn camera(mesh: &Mesh, count: usize) -> Vec<Ray> {
+fn camera(view: &View, count: usize) -> Vec<Ray> {
     let width = (count as f64 * 4.0 / 3.0).sqrt() as usize;
     let height = count / width.max(1);
-    let forward = (mesh.view.at - mesh.view.eye).normalize();
+    let forward = (view.at - view.eye).normalize();
     let right = forward.cross(Vec3::Y).normalize();
     let up = right.cross(forward);
     let offset = |i: usize, n: usize| (i as f32 + 0.5) / n as f32 - 0.5;
     let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
     let ray = |(x, y)| {
         let dir = forward + right * offset(x, width) - up * (0.75 * offset(y, height));
-        Ray::new(mesh.view.eye, dir.normalize(), 0.0, f32::INFINITY)
+        Ray::new(view.eye, dir.normalize(), 0.0, f32::INFINITY)
     };
     pixels.map(ray).collect()
 }

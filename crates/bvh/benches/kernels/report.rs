@@ -162,7 +162,7 @@ fn number(value: Option<f64>) -> String {
 }
 
 /// A JSON string. Names of files may hold anything.
-fn quoted(text: &str) -> String {
+pub fn quoted(text: &str) -> String {
     let mut quoted = String::from('"');
     for c in text.chars() {
         match c {

@@ -1,10 +1,13 @@
 //! Vectors of 256 bits.
 
-use crate::lanes::{Eight, Lanes, Machine};
+use crate::Hit;
+use crate::lanes::{Eight, Lanes, Machine, Turn};
 use std::arch::x86_64::*;
+use std::mem::MaybeUninit;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// A processor with AVX2 and FMA. To be named in functions compiled for it only.
+#[derive(Clone, Copy)]
 pub(crate) struct Avx2;
 
 impl Machine for Avx2 {
@@ -13,32 +16,32 @@ impl Machine for Avx2 {
 
     #[inline(always)]
     fn arrange(
-        mask: u32,
         order: u32,
         words: &[u32; 8],
         numbers: PackedEight,
-        words_to: &mut [u32; 8],
-        numbers_to: &mut [f32; 8],
-    ) {
+        limits: PackedEight,
+        words_to: &mut [MaybeUninit<u32>; 8],
+        numbers_to: &mut [MaybeUninit<f32>; 8],
+    ) -> usize {
         // SAFETY: only code that was found to run with AVX2 names this type; all pointers are those of eight words,
         // alignment is not asked for.
         unsafe {
             let places = _mm256_setr_epi32(0, 3, 6, 9, 12, 15, 18, 21);
             let order = _mm256_srlv_epi32(_mm256_set1_epi32(order as i32), places);
-            // The lanes in the mask, in the new order: bits, then the places to take them from.
-            let bits = _mm256_sllv_epi32(_mm256_set1_epi32(1), _mm256_and_si256(order, _mm256_set1_epi32(7)));
-            let inside = _mm256_and_si256(_mm256_set1_epi32(mask as i32), bits);
-            let outside = _mm256_cmpeq_epi32(inside, _mm256_setzero_si256());
-            let ordered = !_mm256_movemask_ps(_mm256_castsi256_ps(outside)) as u32 & 0xff;
-            let from = _mm256_permutevar8x32_epi32(order, takes(ordered));
-            let words = _mm256_loadu_si256(words.as_ptr().cast());
+            // The words change places while the numbers are still being computed.
+            let words = _mm256_permutevar8x32_epi32(_mm256_loadu_si256(words.as_ptr().cast()), order);
+            let numbers = _mm256_permutevar8x32_ps(numbers.0, order);
+            let limits = _mm256_permutevar8x32_ps(limits.0, order);
+            let mask = PackedEight(numbers).not_above(PackedEight(limits));
+            let from = takes(mask);
             _mm256_storeu_si256(words_to.as_mut_ptr().cast(), _mm256_permutevar8x32_epi32(words, from));
-            _mm256_storeu_ps(numbers_to.as_mut_ptr(), _mm256_permutevar8x32_ps(numbers.0, from));
+            _mm256_storeu_ps(numbers_to.as_mut_ptr().cast(), _mm256_permutevar8x32_ps(numbers, from));
+            mask.count_ones() as usize
         }
     }
 
     #[inline(always)]
-    fn compress(mask: u32, words: &[u32; 8], to: &mut [u32; 8]) {
+    fn compress(mask: u32, words: &[u32; 8], to: &mut [MaybeUninit<u32>; 8]) {
         // SAFETY: as for `arrange`.
         unsafe {
             let words = _mm256_loadu_si256(words.as_ptr().cast());
@@ -47,18 +50,40 @@ impl Machine for Avx2 {
     }
 
     #[inline(always)]
-    fn prefetch<T>(at: &T) {
-        prefetch(at);
+    fn prefetch(address: usize) {
+        prefetch(address);
+    }
+
+    #[inline(always)]
+    fn put(hit: Hit, to: &mut Hit) {
+        put(hit, to);
     }
 }
 
-/// Asks for up to six lines of something.
+/// Asks for four lines.
 #[inline(always)]
-pub(super) fn prefetch<T>(at: &T) {
-    let start = std::ptr::from_ref(at).cast::<i8>();
-    for line in 0..size_of::<T>().div_ceil(64).min(6) {
-        // SAFETY: every processor of this kind has the instruction, which reads nothing, whatever the address.
-        unsafe { _mm_prefetch::<_MM_HINT_T0>(start.wrapping_add(64 * line)) };
+pub(super) fn prefetch(address: usize) {
+    let start = std::ptr::without_provenance::<i8>(address);
+    // SAFETY: every processor of this kind has the instruction, which reads nothing, whatever the address.
+    unsafe {
+        _mm_prefetch::<_MM_HINT_T0>(start);
+        _mm_prefetch::<_MM_HINT_T0>(start.wrapping_add(64));
+        _mm_prefetch::<_MM_HINT_T0>(start.wrapping_add(128));
+        _mm_prefetch::<_MM_HINT_T0>(start.wrapping_add(192));
+    }
+}
+
+/// Writes a hit in two parts as copies read it: what is written in small parts cannot be read at once as a whole.
+#[inline(always)]
+pub(super) fn put(hit: Hit, to: &mut Hit) {
+    let to = std::ptr::from_mut(to);
+    let last = u64::from(hit.prim) | u64::from(hit.instance) << 32;
+    // SAFETY: only code that was found to run with AVX2 gets here. A hit is six words in the order of its fields;
+    // alignment is not asked for.
+    unsafe {
+        let first = _mm_setr_ps(hit.t, hit.u, hit.v, f32::from_bits(hit.geometry));
+        _mm_storeu_ps(to.cast(), first);
+        to.cast::<u64>().add(2).write_unaligned(last);
     }
 }
 
@@ -124,15 +149,71 @@ impl Eight for PackedEight {
     }
 
     #[inline(always)]
-    fn about_mul_sub(self, factor: Self, less: Self) -> Self {
+    fn plus(self, other: Self) -> Self {
         // SAFETY: as for `splat`.
-        Self(unsafe { _mm256_fmsub_ps(self.0, factor.0, less.0) })
+        Self(unsafe { _mm256_add_ps(self.0, other.0) })
     }
 
     #[inline(always)]
-    fn opposite(self) -> Self {
+    fn over(self, other: Self) -> Self {
         // SAFETY: as for `splat`.
-        Self(unsafe { _mm256_xor_ps(self.0, _mm256_set1_ps(-0.0)) })
+        Self(unsafe { _mm256_div_ps(self.0, other.0) })
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        // SAFETY: as for `splat`.
+        Self(unsafe { _mm256_andnot_ps(_mm256_set1_ps(-0.0), self.0) })
+    }
+
+    #[inline(always)]
+    fn or(self, other: Self) -> Self {
+        // SAFETY: as for `splat`.
+        Self(unsafe { _mm256_or_ps(self.0, other.0) })
+    }
+
+    #[inline(always)]
+    fn if_below(self, other: Self, then: Self, otherwise: Self) -> Self {
+        // SAFETY: as for `splat`.
+        Self(unsafe { _mm256_blendv_ps(otherwise.0, then.0, _mm256_cmp_ps::<_CMP_LT_OQ>(self.0, other.0)) })
+    }
+
+    #[inline(always)]
+    fn transposed(rows: [Self; 8]) -> [Self; 8] {
+        let [a, b, c, d, e, f, g, h] = rows;
+        // SAFETY: as for `splat`. Within halves of four first, then the halves.
+        unsafe {
+            let (ab, ab2) = (_mm256_unpacklo_ps(a.0, b.0), _mm256_unpackhi_ps(a.0, b.0));
+            let (cd, cd2) = (_mm256_unpacklo_ps(c.0, d.0), _mm256_unpackhi_ps(c.0, d.0));
+            let (ef, ef2) = (_mm256_unpacklo_ps(e.0, f.0), _mm256_unpackhi_ps(e.0, f.0));
+            let (gh, gh2) = (_mm256_unpacklo_ps(g.0, h.0), _mm256_unpackhi_ps(g.0, h.0));
+            let (p0, p1) = (_mm256_shuffle_ps::<0x44>(ab, cd), _mm256_shuffle_ps::<0xee>(ab, cd));
+            let (p2, p3) = (_mm256_shuffle_ps::<0x44>(ab2, cd2), _mm256_shuffle_ps::<0xee>(ab2, cd2));
+            let (q0, q1) = (_mm256_shuffle_ps::<0x44>(ef, gh), _mm256_shuffle_ps::<0xee>(ef, gh));
+            let (q2, q3) = (_mm256_shuffle_ps::<0x44>(ef2, gh2), _mm256_shuffle_ps::<0xee>(ef2, gh2));
+            [
+                Self(_mm256_permute2f128_ps::<0x20>(p0, q0)),
+                Self(_mm256_permute2f128_ps::<0x20>(p1, q1)),
+                Self(_mm256_permute2f128_ps::<0x20>(p2, q2)),
+                Self(_mm256_permute2f128_ps::<0x20>(p3, q3)),
+                Self(_mm256_permute2f128_ps::<0x31>(p0, q0)),
+                Self(_mm256_permute2f128_ps::<0x31>(p1, q1)),
+                Self(_mm256_permute2f128_ps::<0x31>(p2, q2)),
+                Self(_mm256_permute2f128_ps::<0x31>(p3, q3)),
+            ]
+        }
+    }
+
+    #[inline(always)]
+    fn store(self, to: &mut [f32; 8]) {
+        // SAFETY: as for `load`.
+        unsafe { _mm256_storeu_ps(to.as_mut_ptr(), self.0) };
+    }
+
+    #[inline(always)]
+    fn about_mul_sub(self, factor: Self, less: Self) -> Self {
+        // SAFETY: as for `splat`.
+        Self(unsafe { _mm256_fmsub_ps(self.0, factor.0, less.0) })
     }
 
     #[inline(always)]
@@ -154,12 +235,37 @@ impl Eight for PackedEight {
     }
 
     #[inline(always)]
-    fn around_zero(self, other: Self) -> u32 {
+    fn around_zero_or(self, other: Self, sign: Self) -> u32 {
         // SAFETY: as for `splat`.
         unsafe {
             let below = _mm256_cmp_ps::<_CMP_LT_OQ>(self.0, _mm256_setzero_ps());
             let above = _mm256_cmp_ps::<_CMP_GT_OQ>(other.0, _mm256_setzero_ps());
-            _mm256_movemask_ps(_mm256_and_ps(below, above)) as u32
+            _mm256_movemask_ps(_mm256_or_ps(_mm256_and_ps(below, above), sign.0)) as u32
+        }
+    }
+
+    #[inline(always)]
+    fn below(self, other: Self) -> u32 {
+        // SAFETY: as for `splat`.
+        (unsafe { _mm256_movemask_ps(_mm256_cmp_ps::<_CMP_LT_OQ>(self.0, other.0)) }) as u32
+    }
+
+    #[inline(always)]
+    fn beside_zero(self, other: Self) -> u32 {
+        // SAFETY: as for `splat`.
+        unsafe {
+            let above = _mm256_cmp_ps::<_CMP_GT_OQ>(self.0, _mm256_setzero_ps());
+            let below = _mm256_cmp_ps::<_CMP_LT_OQ>(other.0, _mm256_setzero_ps());
+            _mm256_movemask_ps(_mm256_or_ps(below, above)) as u32
+        }
+    }
+
+    #[inline(always)]
+    fn lane(self, lane: usize) -> f32 {
+        // SAFETY: as for `splat`.
+        unsafe {
+            let to_front = _mm256_castsi128_si256(_mm_cvtsi32_si128(lane as i32));
+            _mm_cvtss_f32(_mm256_castps256_ps128(_mm256_permutevar8x32_ps(self.0, to_front)))
         }
     }
 }
@@ -194,6 +300,20 @@ impl Neg for Packed {
     fn neg(self) -> Self {
         // SAFETY: only code that was found to run with AVX2 names this type.
         Self(unsafe { _mm256_xor_pd(self.0, _mm256_set1_pd(-0.0)) })
+    }
+}
+
+impl Turn for Packed {
+    #[inline(always)]
+    fn turned(self) -> Self {
+        // SAFETY: only code that was found to run with AVX2 names this type.
+        Self(unsafe { _mm256_permute4x64_pd::<0b11_00_10_01>(self.0) })
+    }
+
+    #[inline(always)]
+    fn turned_back(self) -> Self {
+        // SAFETY: as above.
+        Self(unsafe { _mm256_permute4x64_pd::<0b11_01_00_10>(self.0) })
     }
 }
 

@@ -2,8 +2,10 @@
 
 use super::avx2::{Avx2, Packed, PackedEight};
 use super::avx512::Avx512;
-use super::{has_avx2, has_avx512};
+use super::wide::Wide;
+use super::{has_avx2, has_avx512, written};
 use crate::lanes::{Baseline, Eight, Lanes, Machine, Plain, PlainEight};
+use std::mem::MaybeUninit;
 
 const NUMBERS: [f64; 12] = [
     0.0,
@@ -20,9 +22,9 @@ const NUMBERS: [f64; 12] = [
     0.1,
 ];
 
-/// Everything that two vectors yield, as bits; NaN counts as one number.
+/// Everything that two vectors yield, as bits, one lane after the other; NaN counts as one number.
 #[inline(always)]
-fn all<V: Lanes<4>>(a: [f64; 4], b: [f64; 4]) -> Vec<u64> {
+fn all<const N: usize, V: Lanes<N>>(a: [f64; N], b: [f64; N]) -> Vec<Vec<u64>> {
     let (x, y) = (V::load(&a), V::load(&b));
     let results = [
         x + y,
@@ -37,44 +39,74 @@ fn all<V: Lanes<4>>(a: [f64; 4], b: [f64; 4]) -> Vec<u64> {
         x.smaller(y),
         x.larger(y),
         x.zero_below(y),
-        V::splat(a[1]),
+        V::splat(1.5),
         V::widen(a.map(|a| a as f32)),
     ];
     let bits = |x: f64| if x.is_nan() { u64::MAX } else { x.to_bits() };
-    let mut all: Vec<u64> = results.iter().flat_map(|r| r.store()).map(bits).collect();
-    all.extend([u64::from(x.below(y)), u64::from(x.at_most(y))]);
-    all
+    let (below, at_most) = (x.below(y), x.at_most(y));
+    let lane = |lane: usize| {
+        let numbers = results.iter().map(|r| bits(r.store()[lane]));
+        numbers.chain([below, at_most].map(|mask| u64::from(mask >> lane & 1))).collect()
+    };
+    (0..N).map(lane).collect()
 }
 
 #[target_feature(enable = "avx2,fma")]
-fn packed(a: [f64; 4], b: [f64; 4]) -> Vec<u64> {
-    all::<Packed>(a, b)
+fn packed(a: [f64; 4], b: [f64; 4]) -> Vec<Vec<u64>> {
+    all::<4, Packed>(a, b)
+}
+
+#[target_feature(enable = "avx2,fma,avx512f,avx512vl")]
+fn wide(a: [f64; 8], b: [f64; 8]) -> Vec<Vec<u64>> {
+    all::<8, Wide>(a, b)
 }
 
 #[test]
-fn four_lanes_compute_what_plain_code_does() {
-    if !has_avx2() {
-        eprintln!("NOT RUN: this processor has no AVX2");
-        return;
-    }
+fn lanes_in_double_precision_compute_what_plain_code_does() {
     let n = NUMBERS.len();
     for i in 0..n * n {
-        let a = std::array::from_fn(|lane| NUMBERS[(i + lane) % n]);
-        let b = std::array::from_fn(|lane| NUMBERS[(i / n + 5 * lane) % n]);
-        // SAFETY: the processor was found to have AVX2.
-        assert_eq!(unsafe { packed(a, b) }, all::<Plain>(a, b), "{a:?} {b:?}");
+        let a: [f64; 8] = std::array::from_fn(|lane| NUMBERS[(i + lane) % n]);
+        let b: [f64; 8] = std::array::from_fn(|lane| NUMBERS[(i / n + 5 * lane) % n]);
+        let each = a.iter().zip(&b).map(|(a, b)| all::<1, f64>([*a], [*b]));
+        let plain: Vec<Vec<u64>> = each.flatten().collect();
+        let (a4, b4) = (std::array::from_fn(|lane| a[lane]), std::array::from_fn(|lane| b[lane]));
+        assert_eq!(all::<4, Plain>(a4, b4), plain[..4], "{a:?} {b:?}");
+        if has_avx2() {
+            // SAFETY: the processor was found to have AVX2.
+            assert_eq!(unsafe { packed(a4, b4) }, plain[..4], "{a:?} {b:?}");
+        }
+        if has_avx2() && has_avx512() {
+            // SAFETY: the processor was found to have AVX-512.
+            assert_eq!(unsafe { wide(a, b) }, plain, "{a:?} {b:?}");
+        }
     }
 }
 
 /// Everything exact that two vectors yield, as bits; NaN counts as one number.
 #[inline(always)]
-fn exact<V: Eight>(a: [f32; 8], b: [f32; 8], store: impl Fn(V) -> [f32; 8]) -> Vec<u32> {
+fn exact<V: Eight>(a: [f32; 8], b: [f32; 8]) -> Vec<u32> {
     let (x, y) = (V::load(&a), V::load_bits(&b.map(f32::to_bits)));
     let numbers =
-        [x.minus(y), x.times(y), x.opposite(), x.smaller(y), x.larger(y), V::splat(a[3])].map(store).concat();
+        [x.minus(y), x.times(y), x.plus(y), x.over(y), x.abs(), x.smaller(y), x.larger(y), V::splat(a[3])]
+            .into_iter()
+            .chain([x.if_below(y, y, x), x.or(y)])
+            .chain(V::transposed([x, y, x, y, y, x, x, x]))
+            .flat_map(|v| {
+                let mut to = [0.0; 8];
+                v.store(&mut to);
+                to
+            })
+            .collect::<Vec<f32>>();
     let bits = |x: f32| if x.is_nan() { u32::MAX } else { x.to_bits() };
     let mut all: Vec<u32> = numbers.into_iter().map(bits).collect();
-    all.extend([x.not_above(y), x.around_zero(y)]);
+    all.extend([
+        x.not_above(y),
+        x.below(y),
+        x.around_zero_or(y, V::splat(1.0)),
+        x.around_zero_or(y, x),
+        x.beside_zero(y),
+    ]);
+    all.extend((0..8).map(|lane| bits(x.lane(lane))));
     all
 }
 
@@ -88,7 +120,7 @@ fn store(x: PackedEight) -> [f32; 8] {
 
 #[target_feature(enable = "avx2,fma")]
 fn packed_eight(a: [f32; 8], b: [f32; 8]) -> Vec<u32> {
-    exact::<PackedEight>(a, b, |x| store(x))
+    exact::<PackedEight>(a, b)
 }
 
 #[target_feature(enable = "avx2,fma")]
@@ -108,7 +140,7 @@ fn eight_lanes_compute_what_plain_code_does() {
         let b = std::array::from_fn(|lane| NUMBERS[(i / n + 5 * lane) % n] as f32);
         // SAFETY: the processor was found to have AVX2.
         let found = unsafe { packed_eight(a, b) };
-        assert_eq!(found, exact::<PlainEight>(a, b, |x| x.0), "{a:?} {b:?}");
+        assert_eq!(found, exact::<PlainEight>(a, b), "{a:?} {b:?}");
         // SAFETY: as above.
         let about = unsafe { about(a, b, a) };
         for ((x, y), found) in a.iter().zip(b).zip(about) {
@@ -124,11 +156,20 @@ fn eight_lanes_compute_what_plain_code_does() {
 fn arranged<M: Machine>(mask: u32, order: u32) -> (Vec<u32>, Vec<f32>, Vec<u32>) {
     let words = std::array::from_fn(|i| 100 + i as u32);
     let numbers = M::Eight::load(&std::array::from_fn(|i| i as f32 * 0.5));
-    let (mut to, mut numbers_to, mut packed) = ([0; 8], [0.0; 8], [0; 8]);
-    M::arrange(mask, order, &words, numbers, &mut to, &mut numbers_to);
+    let (mut to, mut numbers_to, mut packed) =
+        ([MaybeUninit::new(0); 8], [MaybeUninit::new(0.0); 8], [MaybeUninit::new(0); 8]);
+    // Lanes are in the mask whose number is not above its limit.
+    let limits = M::Eight::load(&std::array::from_fn(|i| if mask >> i & 1 == 1 { f32::NAN } else { -1.0 }));
+    let written_count = M::arrange(order, &words, numbers, limits, &mut to, &mut numbers_to);
+    assert_eq!(written_count, mask.count_ones() as usize);
     M::compress(mask, &words, &mut packed);
     let count = mask.count_ones() as usize;
-    (to[..count].to_vec(), numbers_to[..count].to_vec(), packed[..count].to_vec())
+    let numbers = (0..count).map(|i| written(&numbers_to, i)).collect();
+    (
+        (0..count).map(|i| written(&to, i)).collect(),
+        numbers,
+        (0..count).map(|i| written(&packed, i)).collect(),
+    )
 }
 
 #[target_feature(enable = "avx2,fma")]

@@ -52,7 +52,7 @@ impl InstanceRecord {
         let origin = sum(self.rows.map(|row| dot(row, line.origin)), self.translation);
         let dir = self.rows.map(|row| dot(row, line.dir));
         let narrow = |v: [f64; 3]| Vec3::from_array(v.map(|x| x as f32));
-        PreparedRay::new(&Ray::new(narrow(origin), narrow(dir), ray.t_min, ray.t_max))
+        PreparedRay::new(&Ray::new(narrow(origin), narrow(dir), ray.t_min, ray.t_max), self.bvh.tree.extent)
     }
 }
 

@@ -10,10 +10,11 @@ pub(crate) use disk::DiskRecord;
 pub(crate) use instance::InstanceRecord;
 pub(crate) use quad::QuadRecord;
 pub(crate) use sphere::SphereRecord;
-pub(crate) use triangle::{BLOCK, TriangleBlock, has_area};
+pub(crate) use triangle::{BLOCK, Span, TriangleBlock, has_area};
 
+use crate::kernel::item;
 use crate::lanes::Lanes;
-use crate::prepared::{Line, PreparedRay};
+use crate::prepared::Line;
 use penombre_math::{Bounds3, Vec3};
 use std::ops::{Add, Mul, Sub};
 
@@ -24,21 +25,25 @@ pub(crate) struct Key {
     pub(crate) prim: u32,
 }
 
+impl Key {
+    /// From its number among all primitives; `starts` are those of the first ones of the geometries.
+    #[inline(always)]
+    pub(crate) fn numbered(number: u32, starts: &[u32]) -> Self {
+        // Of geometries without primitives, which share their start, the last is taken, which has some.
+        let geometry = match starts {
+            [_] => 0,
+            _ => starts.partition_point(|&start| start <= number) - 1,
+        };
+        Self { geometry: geometry as u32, prim: number - *item(starts, geometry) }
+    }
+}
+
 /// A hit inside the ray's range.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Meeting {
     pub(crate) t: f32,
     pub(crate) u: f32,
     pub(crate) v: f32,
-}
-
-impl PreparedRay {
-    /// Rounds a distance; `Some` if it lies in the ray's range, which NaN does not.
-    #[inline(always)]
-    fn in_range(&self, t: f64) -> Option<f32> {
-        let t = t as f32;
-        (t > self.t_min && t < self.t_max).then_some(t)
-    }
 }
 
 impl<V> Line<V> {

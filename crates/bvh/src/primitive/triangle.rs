@@ -7,10 +7,11 @@
 //! `f64`. So weights are accurate however thin the triangle is, and the distance is that of the point hit,
 //! not of another point of an edge-on triangle.
 
-use super::{Key, Meeting, cross, difference, wide};
-use crate::lanes::{Eight, Machine};
-use crate::prepared::PreparedRay;
-use penombre_math::Vec3;
+use super::{Meeting, cross, difference, wide};
+use crate::kernel::{item, row_at};
+use crate::lanes::{Eight, Lanes as _, Machine, Turn};
+use crate::prepared::{PreparedRay, TurnedRay};
+use penombre_math::{Vec3, Vec4};
 
 /// Triangles tested at once.
 pub(crate) const BLOCK: usize = 8;
@@ -23,10 +24,12 @@ type Lanes = [f32; BLOCK];
 pub(crate) struct TriangleBlock {
     /// By vertex, axis, triangle.
     vertices: [[Lanes; 3]; 3],
-    geometry: [u32; BLOCK],
-    prim: [u32; BLOCK],
-    count: u32,
+    /// Numbers of the triangles among all primitives; [`UNUSED`] in lanes without one.
+    numbers: [u32; BLOCK],
 }
+
+/// No triangle: a number with the sign bit set.
+const UNUSED: u32 = u32::MAX;
 
 /// True if the corners are finite and not on one line.
 pub(crate) fn has_area(corners: [Vec3; 3]) -> bool {
@@ -36,85 +39,157 @@ pub(crate) fn has_area(corners: [Vec3; 3]) -> bool {
 }
 
 impl TriangleBlock {
-    pub(crate) const EMPTY: Self = Self {
-        vertices: [[[0.0; BLOCK]; 3]; 3],
-        geometry: [u32::MAX; BLOCK],
-        prim: [u32::MAX; BLOCK],
-        count: 0,
-    };
+    pub(crate) const EMPTY: Self = Self { vertices: [[[0.0; BLOCK]; 3]; 3], numbers: [UNUSED; BLOCK] };
 
-    /// Adds a triangle. The caller adds eight at most.
-    pub(crate) fn push(&mut self, corners: [Vec3; 3], key: Key) {
-        let lane = self.count as usize;
+    /// Adds a triangle by its number among all primitives. The caller adds eight at most.
+    pub(crate) fn push(&mut self, corners: [Vec3; 3], number: u32) {
+        let lane = self.len();
         for (vertex, corner) in corners.iter().enumerate() {
             for axis in 0..3 {
                 self.vertices[vertex][axis][lane] = corner[axis];
             }
         }
-        (self.geometry[lane], self.prim[lane]) = (key.geometry, key.prim);
-        self.count += 1;
+        self.numbers[lane] = number;
     }
 
+    /// The number of a triangle among all primitives.
     #[inline(always)]
-    pub(crate) fn key(&self, lane: usize) -> Key {
-        Key { geometry: self.geometry[lane], prim: self.prim[lane] }
+    pub(crate) fn number(&self, lane: usize) -> u32 {
+        *item(&self.numbers, lane)
     }
 
     /// How many triangles there are.
-    #[cfg(test)]
     pub(crate) fn len(&self) -> usize {
-        self.count as usize
+        self.numbers.iter().position(|&number| number == UNUSED).unwrap_or(BLOCK)
     }
 
-    /// The minor coordinates of a corner of all triangles, relative to the ray.
+    /// A corner of all triangles relative to the ray: the minor coordinates, and the main one.
     #[inline(always)]
-    fn sheared<M: Machine>(&self, corner: usize, ray: &PreparedRay) -> (M::Eight, M::Eight) {
+    fn sheared<M: Machine>(&self, corner: usize, ray: &TurnedRay) -> [M::Eight; 3] {
         let rows = &self.vertices[corner];
-        let [kx, ky, kz] = ray.axes;
-        let z = M::Eight::load(&rows[kz]).minus(M::Eight::splat(ray.origin[kz]));
-        let x = M::Eight::load(&rows[kx]).minus(M::Eight::splat(ray.origin[kx]));
-        let y = M::Eight::load(&rows[ky]).minus(M::Eight::splat(ray.origin[ky]));
-        (x.minus(M::Eight::splat(ray.shear[0]).times(z)), y.minus(M::Eight::splat(ray.shear[1]).times(z)))
+        let ([kx, ky, kz], [ox, oy, oz]) = (ray.rows, ray.origin);
+        let z = M::Eight::load(row_at(rows, kz)).minus(M::Eight::splat(oz));
+        let x = M::Eight::load(row_at(rows, kx)).minus(M::Eight::splat(ox));
+        let y = M::Eight::load(row_at(rows, ky)).minus(M::Eight::splat(oy));
+        [x.minus(M::Eight::splat(ray.shear[0]).times(z)), y.minus(M::Eight::splat(ray.shear[1]).times(z)), z]
     }
 
-    /// The triangles that the signs of the `f32` edge functions do not exclude, as bits.
+    /// What single precision tells about hits; `None` if there are none for sure and one is not to go on `ANYWAY`.
     #[inline(always)]
-    pub(crate) fn candidates<M: Machine>(&self, ray: &PreparedRay) -> u32 {
-        let (ax, ay) = self.sheared::<M>(0, ray);
-        let (bx, by) = self.sheared::<M>(1, ray);
-        let (cx, cy) = self.sheared::<M>(2, ray);
+    pub(crate) fn span<M: Machine, const ANYWAY: bool>(&self, ray: &TurnedRay) -> Option<Span<M>> {
+        let [ax, ay, az] = self.sheared::<M>(0, ray);
+        let [bx, by, bz] = self.sheared::<M>(1, ray);
+        let [cx, cy, cz] = self.sheared::<M>(2, ray);
         let u = cx.times(by).minus(cy.times(bx));
         let v = ax.times(cy).minus(ay.times(cx));
         let w = bx.times(ay).minus(by.times(ax));
-        // Both are true signs if they are numbers; NaN leaves the triangle open.
+        // Both are true signs if they are numbers and not 0; NaN leaves the triangle open.
         let (least, most) = (w.smaller(u.smaller(v)), w.larger(u.larger(v)));
-        !least.around_zero(most) & ((1 << self.count) - 1)
+        let met = !least.around_zero_or(most, M::Eight::load_bits(&self.numbers)) & 0xff;
+        if !ANYWAY && met == 0 {
+            return None;
+        }
+        // The hit is the mean of the corners with the edge functions as weights.
+        let pace = M::Eight::splat(ray.inverse_pace);
+        let (a, b, c) = (az.times(pace), bz.times(pace), cz.times(pace));
+        let (near, far) = (c.smaller(a.smaller(b)), c.larger(a.larger(b)));
+        let determinant = u.plus(v).plus(w);
+        let inverse = determinant.abs().if_below(
+            M::Eight::splat(TINY),
+            M::Eight::splat(f32::NAN),
+            M::Eight::splat(1.0).over(determinant),
+        );
+        let t = u.times(inverse).times(a).plus(v.times(inverse).times(b)).plus(w.times(inverse).times(c));
+        let x = cx.abs().larger(ax.abs().larger(bx.abs()));
+        let y = cy.abs().larger(ay.abs().larger(by.abs()));
+        let blurred =
+            x.times(y).times(inverse.abs()).times(far.minus(near)).times(M::Eight::splat(WEIGHT_SLACK));
+        let rounded =
+            near.abs().larger(far.abs()).times(M::Eight::splat(SLACK)).plus(M::Eight::splat(UNDERFLOW));
+        let error = blurred.plus(rounded);
+        let (from, to) = (t.minus(error), t.plus(error));
+        Some(Span { met, sure: met & least.beside_zero(most), from, to })
+    }
+
+    /// A coordinate of the three corners of a triangle, by the place of its row, less that of a point.
+    #[inline(always)]
+    fn coordinate(&self, row: u32, lane: usize, from: f32) -> Vec4 {
+        let [a, b, c] = &self.vertices;
+        let of = |rows: &[Lanes; 3]| *item(row_at(rows, row), lane);
+        Vec4::new(of(a), of(b), of(c), 0.0) - Vec4::splat(from)
+    }
+
+    /// The edge functions of one triangle, exact up to one rounding, and the main coordinates of its corners.
+    #[inline(always)]
+    fn edges<M: Machine>(&self, lane: usize, ray: &TurnedRay) -> (M::Four, M::Four) {
+        let ([kx, ky, kz], [ox, oy, oz]) = (ray.rows, ray.origin);
+        let z = self.coordinate(kz, lane, oz);
+        let x = self.coordinate(kx, lane, ox) - z * ray.shear[0];
+        let y = self.coordinate(ky, lane, oy) - z * ray.shear[1];
+        let x = M::Four::widen(x.to_array());
+        let y = M::Four::widen(y.to_array());
+        // Products of two numbers of single precision are exact.
+        (x.turned_back() * y.turned() - y.turned_back() * x.turned(), M::Four::widen(z.to_array()))
     }
 
     /// The exact test of one triangle.
     #[inline(always)]
-    pub(crate) fn meet(&self, lane: usize, ray: &PreparedRay) -> Option<Meeting> {
-        let [kx, ky, kz] = ray.axes;
-        let sheared = |vertex: usize| {
-            let axes = &self.vertices[vertex];
-            let z = axes[kz][lane] - ray.origin[kz];
-            let x = (axes[kx][lane] - ray.origin[kx]) - ray.shear[0] * z;
-            let y = (axes[ky][lane] - ray.origin[ky]) - ray.shear[1] * z;
-            [f64::from(x), f64::from(y), f64::from(z)]
-        };
-        let [a, b, c] = [sheared(0), sheared(1), sheared(2)];
-        let u = c[0] * b[1] - c[1] * b[0];
-        let v = a[0] * c[1] - a[1] * c[0];
-        let w = b[0] * a[1] - b[1] * a[0];
-        if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
-            return None;
-        }
-        let determinant = u + v + w;
+    pub(crate) fn meet<M: Machine>(&self, lane: usize, ray: &PreparedRay) -> Option<Meeting> {
+        let (edges, z) = self.edges::<M>(lane, &ray.turned);
+        let none = M::Four::splat(0.0);
+        let determinant = sum(edges.store());
         // All zero: edge-on, left to the neighbours. NaN: coordinates beyond the range of f32.
-        if determinant == 0.0 || determinant.is_nan() {
+        let apart = (edges.below(none) & 7 != 0) & (none.below(edges) & 7 != 0);
+        if apart | (determinant == 0.0) | determinant.is_nan() {
             return None;
         }
-        let t = ray.in_range((u * a[2] + v * b[2] + w * c[2]) / (determinant * f64::from(ray.dir[kz])))?;
-        Some(Meeting { t, u: (v / determinant) as f32, v: (w / determinant) as f32 })
+        let meeting = weighted::<M>(edges, z, determinant, &ray.turned);
+        (meeting.t > ray.t_min && meeting.t < ray.t_max).then_some(meeting)
+    }
+
+    /// [`TriangleBlock::meet`] of a triangle that is hit for sure.
+    #[inline(always)]
+    pub(crate) fn meet_surely<M: Machine>(&self, lane: usize, ray: &TurnedRay) -> Meeting {
+        let (edges, z) = self.edges::<M>(lane, ray);
+        weighted::<M>(edges, z, sum(edges.store()), ray)
     }
 }
+
+/// The sum of the first three.
+#[inline(always)]
+fn sum([a, b, c, _]: [f64; 4]) -> f64 {
+    a + b + c
+}
+
+/// Where a ray meets the plane of a triangle, from the edge functions, their sum, and the corners' main coordinates.
+#[inline(always)]
+fn weighted<M: Machine>(edges: M::Four, z: M::Four, determinant: f64, ray: &TurnedRay) -> Meeting {
+    let [_, v, w, _] = edges.store();
+    let t = sum((edges * z).store());
+    let above = M::Four::load(&[t, v, w, 1.0]);
+    let below = M::Four::load(&[determinant * f64::from(ray.pace), determinant, determinant, 1.0]);
+    let [t, u, v, _] = (above / below).store();
+    Meeting { t: t as f32, u: u as f32, v: v as f32 }
+}
+
+/// What single precision tells about the triangles of a block.
+pub(crate) struct Span<M: Machine> {
+    /// Those that may be hit, as bits: exactly those, but for edges met to the last digit and numbers out of range.
+    pub(crate) met: u32,
+    /// Those that are hit for sure, at whatever distance.
+    pub(crate) sure: u32,
+    /// Hits are no nearer than this, if it is above 0 …
+    pub(crate) from: M::Eight,
+    /// … and no farther than this, if `from` has all its digits.
+    pub(crate) to: M::Eight,
+}
+
+/// More than the roundings of the corners' distances and of their mean, as a share of the largest.
+const SLACK: f32 = 1.0 / (1u32 << 20) as f32;
+/// Three edge functions, each off by at most four roundings of a product of the largest coordinates, may move the mean by
+/// 12 · 2⁻²⁴ of the corners' distance range times that product over the sum of the edge functions; with a margin.
+const WEIGHT_SLACK: f32 = 1.0 / (1u32 << 19) as f32;
+/// Sums of edge functions below this one may have lost digits.
+const TINY: f32 = 1.0 / (1u64 << 60) as f32;
+/// More than what underflow can change in a distance.
+const UNDERFLOW: f32 = 1.0 / ((1u128 << 80) as f32);

@@ -1,22 +1,25 @@
+use crate::lanes::Baseline;
 use crate::prepared::PreparedRay;
-use crate::primitive::Meeting;
+use crate::primitive::{Key, Meeting};
 use crate::query::{Closest, Query};
 use crate::{Bvh, Disk, Geometry, Hit, Instance, Quad, Ray, Sphere, Triangles};
 
 mod agreement;
 mod bodies;
+mod builds;
 mod cornell;
 mod data;
 mod meshes;
 mod primitives;
 mod properties;
+mod refits;
 mod scenes;
 mod watertight;
 
 /// The closest hit by asking every primitive: no boxes, no early rejection.
 fn exhaustive(bvh: &Bvh, ray: &Ray) -> Hit {
     let mut query = Closest::until(ray.t_max);
-    if let Some(ray) = PreparedRay::new(ray) {
+    if let Some(ray) = PreparedRay::new(ray, bvh.tree.extent) {
         ask_all(bvh, &ray, &mut query, Hit::NO_INSTANCE);
     }
     query.hit
@@ -29,8 +32,10 @@ fn ask_all(bvh: &Bvh, ray: &PreparedRay, query: &mut Closest, instance: u32) {
             query.offer(meeting, key, instance);
         }
     };
-    for block in &tree.blocks {
-        (0..block.len()).for_each(|lane| offer(block.meet(lane, ray), block.key(lane)));
+    for block in tree.blocks.iter() {
+        (0..block.len()).for_each(|lane| {
+            offer(block.meet::<Baseline>(lane, ray), Key::numbered(block.number(lane), &tree.starts))
+        });
     }
     tree.spheres.iter().for_each(|s| offer(s.meet(&ray.line()).single(), s.key));
     tree.quads.iter().for_each(|q| offer(q.meet(&ray.line()).single(), q.key));

@@ -1,6 +1,7 @@
 //! The immutable scene: everything built, nothing that can fail any more.
 
 mod build;
+mod hierarchy;
 mod preview;
 mod shapes;
 mod summary;
@@ -15,6 +16,7 @@ use penombre_math::Bounds3;
 use shapes::Shapes;
 use std::sync::Arc;
 
+pub use hierarchy::Hierarchy;
 pub use preview::Placement;
 pub use summary::{Count, Summary};
 pub use surface::{Departure, SurfacePoint};

@@ -3,7 +3,7 @@
 //! To build them takes most of the time of building a scene. They do not change, and scenes whose descriptions differ
 //! in other things share them.
 
-use super::Named;
+use super::{Hierarchy, Named};
 use crate::shape::AnyShape;
 use penombre_bvh::{Bvh, Geometry, Instance};
 use penombre_math::{Bounds3, DAffine3, Transform};
@@ -17,6 +17,7 @@ use std::sync::{Arc, Weak};
 #[derive(Debug)]
 pub(super) struct Shapes {
     pub bvh: Bvh,
+    pub hierarchy: Hierarchy,
     /// In file order.
     pub list: Vec<Named<AnyShape>>,
     /// By geometry of the acceleration structure's upper level.
@@ -112,7 +113,8 @@ impl Shapes {
             mesh: mesh.map(Arc::downgrade),
         };
         let origins = sources(description, assets).map(origin).collect();
-        Some(Self { bounds: bvh.bounds(), bvh, list, placed, origins })
+        let hierarchy = Hierarchy::of(&bvh, &nested);
+        Some(Self { bounds: bvh.bounds(), bvh, hierarchy, list, placed, origins })
     }
 
     /// True if building the shapes and instances of a description would give these. Nodes that the description
