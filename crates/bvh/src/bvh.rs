@@ -5,8 +5,9 @@ use crate::few;
 use crate::kernel::Kernel;
 use crate::kernel::pages::Pages;
 use crate::node::Node;
-use crate::primitive::{DiskRecord, InstanceRecord, QuadRecord, SphereRecord, TriangleBlock};
-use crate::{BuildError, BuildOptions, Geometry, Hit, PrimitiveCounts, Ray, RefitError, Stats};
+use crate::primitive::{DiskRecord, InstanceRecord, QuadRecord, SphereRecord, TriangleBlock, UserRecord};
+use crate::query::Filtered;
+use crate::{BuildError, BuildOptions, Filter, Geometry, Hit, PrimitiveCounts, Ray, RefitError, Stats};
 use penombre_math::Bounds3;
 use std::collections::BTreeSet;
 use std::fmt;
@@ -35,6 +36,7 @@ pub(crate) struct Tree {
     pub(crate) quads: Vec<QuadRecord>,
     pub(crate) disks: Vec<DiskRecord>,
     pub(crate) instances: Vec<InstanceRecord>,
+    pub(crate) users: Vec<UserRecord>,
     pub(crate) bounds: Bounds3,
     /// The largest coordinate of all boxes; 0 if there is nothing.
     pub(crate) extent: f32,
@@ -52,7 +54,8 @@ pub(crate) struct Tree {
     pub(crate) few: bool,
 }
 
-/// What spheres and disks need as `aside`; less than 16 roundings of 2⁻⁵³.
+/// What spheres and disks need as `aside`, and what others who compute in double precision are granted; less than 16
+/// roundings of 2⁻⁵³.
 const ROUND_ASIDE: f64 = 1.0 / (1u64 << 44) as f64;
 
 /// Bytes of a tree from which on it pays to say ahead what will be read. TODO measure
@@ -61,7 +64,8 @@ const LARGE: usize = 8 << 20;
 impl Tree {
     /// To be called once all leaves are there, and `extent` and `depth` known.
     pub(crate) fn finish(&mut self) {
-        let round = if self.spheres.is_empty() && self.disks.is_empty() { 0.0 } else { ROUND_ASIDE };
+        let flat = self.spheres.is_empty() && self.disks.is_empty() && self.users.is_empty();
+        let round = if flat { 0.0 } else { ROUND_ASIDE };
         let quads = self.quads.iter().map(QuadRecord::aside).fold(round, f64::max);
         let all = self.instances.iter().map(|i| i.aside).fold(quads, f64::max);
         self.aside = all as f32;
@@ -78,6 +82,7 @@ impl Tree {
             + size_of_val(&*self.quads)
             + size_of_val(&*self.disks)
             + size_of_val(&*self.instances)
+            + size_of_val(&*self.users)
             + size_of_val(&*self.dormant)
     }
 }
@@ -178,6 +183,38 @@ impl Bvh {
         self.kernel.occluded(self, rays, blocked);
     }
 
+    /// The closest hit of one ray that `filter` accepts; [`Bvh::closest`] if it accepts all. Takes longer: every
+    /// candidate is computed to the last digit, and the filter asked (measured in batches on 80 000 triangles, a filter
+    /// that accepts all: 7 % longer, for [`Bvh::occluded_batch_where`] 27 %).
+    pub fn closest_where(&self, ray: &Ray, filter: &dyn Filter) -> Hit {
+        let mut hit = Hit::MISS;
+        self.kernel.closest_one_where(self, ray, filter, &mut hit);
+        hit
+    }
+
+    /// Whether the ray hits anything that `filter` accepts.
+    pub fn occluded_where(&self, ray: &Ray, filter: &dyn Filter) -> bool {
+        self.kernel.occluded_one_where(self, ray, filter)
+    }
+
+    /// [`Bvh::closest_where`] of every ray into the same place of `hits`. The filter learns the ray's place.
+    ///
+    /// # Panics
+    /// If the slices differ in length.
+    pub fn closest_batch_where(&self, rays: &[Ray], filter: &dyn Filter, hits: &mut [Hit]) {
+        assert_eq!(rays.len(), hits.len(), "one place for each ray");
+        self.kernel.closest_where(self, Filtered { rays, filter }, hits);
+    }
+
+    /// [`Bvh::occluded_where`] of every ray into the same place of `blocked`. The filter learns the ray's place.
+    ///
+    /// # Panics
+    /// If the slices differ in length.
+    pub fn occluded_batch_where(&self, rays: &[Ray], filter: &dyn Filter, blocked: &mut [bool]) {
+        assert_eq!(rays.len(), blocked.len(), "one place for each ray");
+        self.kernel.occluded_where(self, Filtered { rays, filter }, blocked);
+    }
+
     /// A box around everything that can be hit; empty if nothing can.
     pub fn bounds(&self) -> Bounds3 {
         self.tree.bounds
@@ -230,6 +267,7 @@ fn summary(tree: &Tree, shape: &Shape, triangles: usize, skipped: usize) -> Stat
             quads: tree.quads.len(),
             disks: tree.disks.len(),
             instances: tree.instances.len(),
+            users: tree.users.len(),
         },
         skipped,
     }

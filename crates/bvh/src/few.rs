@@ -13,7 +13,7 @@ const FEW: usize = 16;
 
 /// Are all primitives simple, and few?
 pub(crate) fn suits(tree: &Tree) -> bool {
-    let others = tree.blocks.len() + tree.instances.len();
+    let others = tree.blocks.len() + tree.instances.len() + tree.users.len();
     others == 0 && tree.spheres.len() + tree.quads.len() + tree.disks.len() <= FEW
 }
 

@@ -42,9 +42,10 @@ impl Turn {
 }
 
 /// The rays that have not begun.
-struct Rest<'a, P> {
+struct Rest<'a, Q: Query, P> {
     tree: &'a Tree,
     rays: &'a [Ray],
+    shared: Q::Shared,
     next: usize,
     /// Eight rays, those made ready as bits.
     ready: [ReadyRay; 8],
@@ -53,13 +54,10 @@ struct Rest<'a, P> {
     put: P,
 }
 
-impl<P> Rest<'_, P> {
+impl<Q: Query, P: FnMut(usize, Q::Answer)> Rest<'_, Q, P> {
     /// The next ray that may hit anything; the others are done at once.
     #[inline(always)]
-    fn pull<M: Machine, Q: Query>(&mut self) -> Option<usize>
-    where
-        P: FnMut(usize, Q::Answer),
-    {
+    fn pull<M: Machine>(&mut self) -> Option<usize> {
         while self.next < self.rays.len() {
             let index = self.next;
             self.next += 1;
@@ -73,7 +71,7 @@ impl<P> Rest<'_, P> {
                 return Some(index);
             }
             let ray = &self.rays[index];
-            let query = Q::new(ray);
+            let query = Q::new(self.shared, index, ray);
             match PreparedRay::new(ray, self.tree.extent) {
                 Some(prepared) => {
                     self.ready[index % 8] = ReadyRay::new(prepared, self.tree, query.limit());
@@ -88,16 +86,24 @@ impl<P> Rest<'_, P> {
 
 /// Follows all rays and hands each query to `put`.
 #[inline(always)]
-pub(crate) fn fly<M: Machine, Q: Query>(tree: &Tree, rays: &[Ray], put: impl FnMut(usize, Q::Answer)) {
+pub(crate) fn fly<M: Machine, Q: Query>(
+    tree: &Tree,
+    rays: &[Ray],
+    shared: Q::Shared,
+    put: impl FnMut(usize, Q::Answer),
+) {
     let Some(first) = rays.first() else { return };
     let (count, need) = (rays.len().min(IN_FLIGHT), tree.stack + 8);
     let (mut refs, mut entries) = (Vec::new(), Vec::new());
     let (refs, entries) = (room(&mut refs, count * need), room(&mut entries, count * need));
     let mut slots = Vec::with_capacity(count);
-    let mut rest = Rest { tree, rays, next: 0, ready: [ReadyRay::EMPTY; 8], sane: 0, put };
+    let mut rest: Rest<'_, Q, _> =
+        Rest { tree, rays, shared, next: 0, ready: [ReadyRay::EMPTY; 8], sane: 0, put };
     for (refs, entries) in refs.chunks_exact_mut(need).zip(entries.chunks_exact_mut(need)) {
-        let walker = Walker::new(tree, ReadyRay::EMPTY, Stack { refs, entries });
-        let mut slot = Slot { walker, query: Q::new(first), index: 0 };
+        let mut stack = Stack { refs, entries };
+        stack.lay_ends();
+        let walker = Walker::new(tree, ReadyRay::EMPTY, stack);
+        let mut slot = Slot { walker, query: Q::new(shared, 0, first), index: 0 };
         if !begin::<M, Q, _>(&mut slot, &mut rest) {
             break;
         }
@@ -118,7 +124,7 @@ pub(crate) fn fly<M: Machine, Q: Query>(tree: &Tree, rays: &[Ray], put: impl FnM
 #[inline(always)]
 fn round<'a, M: Machine, Q: Query, P: FnMut(usize, Q::Answer)>(
     slots: &mut [Slot<'a, Q>],
-    rest: &mut Rest<'a, P>,
+    rest: &mut Rest<'a, Q, P>,
 ) -> u32 {
     let count = slots.len();
     // Nodes from the front, the others from the back: both are written, and one of them stays.
@@ -162,7 +168,7 @@ fn round<'a, M: Machine, Q: Query, P: FnMut(usize, Q::Answer)>(
 #[inline(always)]
 fn next_ray<'a, M: Machine, Q: Query, P: FnMut(usize, Q::Answer)>(
     slot: &mut Slot<'a, Q>,
-    rest: &mut Rest<'a, P>,
+    rest: &mut Rest<'a, Q, P>,
 ) -> bool {
     (rest.put)(slot.index, slot.walker.answer::<M, Q>(&slot.query));
     begin::<M, Q, P>(slot, rest)
@@ -172,10 +178,10 @@ fn next_ray<'a, M: Machine, Q: Query, P: FnMut(usize, Q::Answer)>(
 #[inline(always)]
 fn begin<'a, M: Machine, Q: Query, P: FnMut(usize, Q::Answer)>(
     slot: &mut Slot<'a, Q>,
-    rest: &mut Rest<'a, P>,
+    rest: &mut Rest<'a, Q, P>,
 ) -> bool {
-    let Some(index) = rest.pull::<M, Q>() else { return false };
-    slot.walker.restart(rest.tree, &rest.ready[index % 8]);
-    (slot.index, slot.query) = (index, Q::new(item(rest.rays, index)));
+    let Some(index) = rest.pull::<M>() else { return false };
+    slot.walker.restart::<M, Q>(rest.tree, &rest.ready[index % 8]);
+    (slot.index, slot.query) = (index, Q::new(rest.shared, index, item(rest.rays, index)));
     true
 }

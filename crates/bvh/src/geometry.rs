@@ -1,6 +1,6 @@
 //! What a hierarchy is built from.
 
-use crate::Bvh;
+use crate::{Bvh, UserPrimitives};
 use penombre_math::{Transform, Vec3};
 use std::sync::Arc;
 
@@ -18,6 +18,8 @@ pub enum Geometry {
     Disks(Vec<Disk>),
     /// A hierarchy placed in the world; its hits carry `instance`.
     Instance(Instance),
+    /// Primitives of the caller's making.
+    User(Arc<dyn UserPrimitives>),
 }
 
 /// An indexed triangle mesh. Shared edges are watertight if they share vertex positions, bit for bit.

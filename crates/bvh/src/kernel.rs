@@ -18,8 +18,9 @@ mod tests;
 #[cfg(target_arch = "x86_64")]
 mod wide;
 
+use crate::query::Filtered;
 use crate::traverse::ReadyRay;
-use crate::{Bvh, Hit, Ray};
+use crate::{Bvh, Filter, Hit, Ray};
 use std::mem::MaybeUninit;
 
 /// A compiled version of the traversal. The field is private, so that only what looks at the processor makes it.
@@ -86,6 +87,26 @@ impl Kernel {
     #[inline]
     pub(crate) fn occluded_one(self, bvh: &Bvh, ray: &Ray) -> bool {
         dispatch!(self, occluded_one, bvh, ray)
+    }
+
+    #[inline]
+    pub(crate) fn closest_where(self, bvh: &Bvh, all: Filtered<'_>, hits: &mut [Hit]) {
+        dispatch!(self, closest_where, bvh, all, hits)
+    }
+
+    #[inline]
+    pub(crate) fn occluded_where(self, bvh: &Bvh, all: Filtered<'_>, blocked: &mut [bool]) {
+        dispatch!(self, occluded_where, bvh, all, blocked)
+    }
+
+    #[inline]
+    pub(crate) fn closest_one_where(self, bvh: &Bvh, ray: &Ray, filter: &dyn Filter, hit: &mut Hit) {
+        dispatch!(self, closest_one_where, bvh, ray, filter, hit)
+    }
+
+    #[inline]
+    pub(crate) fn occluded_one_where(self, bvh: &Bvh, ray: &Ray, filter: &dyn Filter) -> bool {
+        dispatch!(self, occluded_one_where, bvh, ray, filter)
     }
 }
 
@@ -182,7 +203,8 @@ pub(crate) fn numbers_of(ray: &Ray) -> &[f32; 8] {
 macro_rules! compiled {
     ($name:ident, $machine:ty $(, $features:literal)?) => {
         mod $name {
-            use crate::{Bvh, Hit, Ray, traverse};
+            use crate::query::Filtered;
+            use crate::{Bvh, Filter, Hit, Ray, traverse};
 
             $(#[target_feature(enable = $features)])?
             #[inline(never)]
@@ -206,6 +228,30 @@ macro_rules! compiled {
             #[inline(never)]
             pub(super) fn occluded_one(bvh: &Bvh, ray: &Ray) -> bool {
                 traverse::occluded_one::<$machine>(bvh, ray)
+            }
+
+            $(#[target_feature(enable = $features)])?
+            #[inline(never)]
+            pub(super) fn closest_where(bvh: &Bvh, all: Filtered<'_>, hits: &mut [Hit]) {
+                traverse::closest_where::<$machine>(bvh, all, hits);
+            }
+
+            $(#[target_feature(enable = $features)])?
+            #[inline(never)]
+            pub(super) fn occluded_where(bvh: &Bvh, all: Filtered<'_>, blocked: &mut [bool]) {
+                traverse::occluded_where::<$machine>(bvh, all, blocked);
+            }
+
+            $(#[target_feature(enable = $features)])?
+            #[inline(never)]
+            pub(super) fn closest_one_where(bvh: &Bvh, ray: &Ray, filter: &dyn Filter, hit: &mut Hit) {
+                traverse::closest_one_where::<$machine>(bvh, ray, filter, hit);
+            }
+
+            $(#[target_feature(enable = $features)])?
+            #[inline(never)]
+            pub(super) fn occluded_one_where(bvh: &Bvh, ray: &Ray, filter: &dyn Filter) -> bool {
+                traverse::occluded_one_where::<$machine>(bvh, ray, filter)
             }
         }
     };

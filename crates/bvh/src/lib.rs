@@ -1,5 +1,5 @@
 //! Which surface does a ray meet first? Bounding volume hierarchies over triangles, spheres, parallelograms,
-//! disks and instances.
+//! disks, instances and primitives of the caller's making.
 //!
 //! The crate knows rays and ids, no materials and no shading. Build a [`Bvh`] once from [`Geometry`], then
 //! ask it for the closest hit ([`Bvh::closest`]) or for any hit at all ([`Bvh::occluded`]), one ray at a time
@@ -23,12 +23,23 @@
 //! # Ok::<(), penombre_bvh::BuildError>(())
 //! ```
 //!
+//! # The whole of it
+//!
+//! | | |
+//! |---|---|
+//! | [`Bvh::build`], [`Bvh::refit`] | from a list of [`Geometry`], with [`BuildOptions`]; moves along with it |
+//! | [`Bvh::closest`], [`Bvh::closest_batch`] | the nearest [`Hit`] of one [`Ray`], of many |
+//! | [`Bvh::occluded`], [`Bvh::occluded_batch`] | whether a ray hits anything |
+//! | [`closest_where`](Bvh::closest_where), [`closest_batch_where`](Bvh::closest_batch_where), [`occluded_where`](Bvh::occluded_where), [`occluded_batch_where`](Bvh::occluded_batch_where) | the same, of those hits alone that a [`Filter`] accepts: cut-outs by a closure, ray masks by [`Masks`] |
+//! | [`Geometry`] | [`Triangles`], [`Sphere`]s, [`Quad`]s, [`Disk`]s, [`Instance`]s of another hierarchy, or whatever implements [`UserPrimitives`] |
+//! | [`Bvh::bounds`], [`Bvh::stats`], [`Bvh::build_time`] | what came of it |
+//!
 //! # What holds
 //!
 //! * **One answer.** The hit returned is the one that a loop over all primitives would find, bit for bit:
 //!   boxes are conservative for the *computed* distance of every primitive, and among equal distances the
 //!   smallest (top-level geometry, nested geometry, primitive) wins. Instruction sets, the tree's shape, one
-//!   ray a call or a batch change nothing.
+//!   ray a call or a batch change nothing. The same holds for the hits that a filter accepts.
 //! * **Watertight.** No ray slips between triangles that share an edge (\[Woop2013\]), nor between
 //!   parallelograms that do.
 //! * **Bad data harms nobody.** Degenerate or non-finite primitives are never hit and counted in [`Stats`];
@@ -41,6 +52,7 @@
 mod builder;
 mod bvh;
 mod few;
+mod filter;
 mod flight;
 mod geometry;
 mod kernel;
@@ -55,9 +67,12 @@ mod stats;
 #[cfg(test)]
 mod tests;
 mod traverse;
+mod user;
 
 pub use builder::{BuildError, BuildOptions, Quality, RefitError};
 pub use bvh::Bvh;
+pub use filter::{Filter, Masks};
 pub use geometry::{Disk, Geometry, Instance, Quad, Sphere, Triangles};
 pub use ray::{Hit, Ray};
 pub use stats::{PrimitiveCounts, Stats};
+pub use user::{UserHit, UserPrimitives};

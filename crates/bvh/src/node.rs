@@ -40,10 +40,9 @@ pub(crate) enum Kind {
     Quad,
     Disk,
     Instance,
-    /// The way back from an instance, or the end.
-    Return,
-    /// In places of a node that hold nothing.
-    Nothing,
+    User,
+    /// No primitive: [`ChildRef::RETURN`] or [`ChildRef::NOTHING`].
+    Mark,
 }
 
 /// Kind and index in the array of that kind.
@@ -62,9 +61,9 @@ impl ChildRef {
     }
 
     /// The way back from an instance, or the end.
-    pub(crate) const RETURN: Self = Self((Kind::Return as u32) << Self::INDEX_BITS);
-    /// Nothing to visit.
-    pub(crate) const NOTHING: Self = Self((Kind::Nothing as u32) << Self::INDEX_BITS);
+    pub(crate) const RETURN: Self = Self((Kind::Mark as u32) << Self::INDEX_BITS);
+    /// Nothing to visit: in places of a node that have no child.
+    pub(crate) const NOTHING: Self = Self(Self::RETURN.0 | 1);
 
     #[inline(always)]
     pub(crate) fn is_node(self) -> bool {
@@ -85,8 +84,8 @@ impl ChildRef {
             3 => Kind::Quad,
             4 => Kind::Disk,
             5 => Kind::Instance,
-            6 => Kind::Return,
-            _ => Kind::Nothing,
+            6 => Kind::User,
+            _ => Kind::Mark,
         }
     }
 

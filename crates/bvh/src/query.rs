@@ -1,5 +1,9 @@
 //! What a traversal looks for.
 
+mod filtered;
+
+pub(crate) use filtered::{AnyWhere, ClosestWhere, Filtered};
+
 use crate::bvh::Tree;
 use crate::kernel::item;
 use crate::lanes::{Eight, Machine};
@@ -9,8 +13,12 @@ use crate::{Hit, Ray};
 
 /// Takes the hits that a traversal finds, in any order.
 pub(crate) trait Query: Copy {
-    /// What is asked of a ray.
-    fn new(ray: &Ray) -> Self;
+    /// What all rays of a batch have in common.
+    type Shared: Copy;
+    /// What is asked of a ray, which is the one at `index` of its batch.
+    fn new(shared: Self::Shared, index: usize, ray: &Ray) -> Self;
+    /// May a later hit with a primitive count where the first one does not?
+    const SEVERAL: bool = false;
     /// Does it pay to visit near boxes first?
     const NEAREST_FIRST: bool;
     /// Boxes entered strictly beyond this distance are of no interest.
@@ -94,6 +102,21 @@ impl Closest {
     pub(crate) fn until(t_max: f32) -> Self {
         Self { hit: Hit::MISS, first: t_max, limit: t_max, block: NONE, lane: 0 }
     }
+
+    /// Whether a hit comes before the best one so far.
+    #[inline(always)]
+    fn yields_to(&self, at: &Meeting, key: Key, instance: u32) -> bool {
+        let old = &self.hit;
+        at.t < self.limit
+            || (at.t == self.limit
+                && rank(key.geometry, key.prim, instance) < rank(old.geometry, old.prim, old.instance))
+    }
+
+    #[inline(always)]
+    fn take(&mut self, at: Meeting, key: Key, instance: u32) {
+        (self.first, self.limit) = (at.t, at.t);
+        self.hit = at.hit(key, instance);
+    }
 }
 
 /// Order among equal distances: place in the top-level list, then geometry, then primitive.
@@ -103,10 +126,11 @@ fn rank(geometry: u32, prim: u32, instance: u32) -> (u32, u32, u32) {
 }
 
 impl Query for Closest {
+    type Shared = ();
     const NEAREST_FIRST: bool = true;
 
     #[inline(always)]
-    fn new(ray: &Ray) -> Self {
+    fn new((): (), _index: usize, ray: &Ray) -> Self {
         Self::until(ray.t_max)
     }
 
@@ -117,13 +141,8 @@ impl Query for Closest {
 
     #[inline(always)]
     fn offer(&mut self, at: Meeting, key: Key, instance: u32) -> bool {
-        let old = &self.hit;
-        let wins = at.t < self.limit
-            || (at.t == self.limit
-                && rank(key.geometry, key.prim, instance) < rank(old.geometry, old.prim, old.instance));
-        if wins {
-            (self.first, self.limit) = (at.t, at.t);
-            self.hit = Hit { t: at.t, u: at.u, v: at.v, geometry: key.geometry, prim: key.prim, instance };
+        if self.yields_to(&at, key, instance) {
+            self.take(at, key, instance);
         }
         false
     }
@@ -185,9 +204,8 @@ impl Query for Closest {
             return self.hit;
         }
         let (block, lane) = (item(&tree.blocks, self.block as usize), self.lane as usize);
-        let Meeting { t, u, v } = block.meet_surely::<M>(lane, &ray.turned);
-        let Key { geometry, prim } = Key::numbered(block.number(lane), &tree.starts);
-        Hit { t, u, v, geometry, prim, instance }
+        let meeting = block.meet_surely::<M>(lane, &ray.turned);
+        meeting.hit(Key::numbered(block.number(lane), &tree.starts), instance)
     }
 
     #[inline(always)]
@@ -207,10 +225,11 @@ pub(crate) struct Any {
 }
 
 impl Query for Any {
+    type Shared = ();
     const NEAREST_FIRST: bool = false;
 
     #[inline(always)]
-    fn new(ray: &Ray) -> Self {
+    fn new((): (), _index: usize, ray: &Ray) -> Self {
         Self { t_max: ray.t_max, found: false }
     }
 

@@ -34,9 +34,11 @@ impl Ray {
 pub struct Hit {
     /// Distance in lengths of the ray's direction; infinite for a miss.
     pub t: f32,
-    /// Triangle: barycentric weight of vertex 1. Quad: coordinate along side 0, in \[0, 1\]. Otherwise 0.
+    /// Triangle: barycentric weight of vertex 1. Quad: coordinate along side 0, in \[0, 1\]. A caller's
+    /// primitive: what it says. Otherwise 0.
     pub u: f32,
-    /// Triangle: barycentric weight of vertex 2. Quad: coordinate along side 1, in \[0, 1\]. Otherwise 0.
+    /// Triangle: barycentric weight of vertex 2. Quad: coordinate along side 1, in \[0, 1\]. A caller's
+    /// primitive: what it says. Otherwise 0.
     pub v: f32,
     /// Index of the geometry in the list the hierarchy was built from; for a hit inside an instance, in the
     /// list of the nested hierarchy.
@@ -64,6 +66,11 @@ impl Hit {
     /// True unless this is a miss.
     pub fn is_hit(&self) -> bool {
         self.prim != u32::MAX
+    }
+
+    /// Index of what was met in the top-level list of geometries: the instance if there is one, else the geometry.
+    pub fn top_geometry(&self) -> u32 {
+        if self.instance == Self::NO_INSTANCE { self.geometry } else { self.instance }
     }
 }
 

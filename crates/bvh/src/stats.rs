@@ -13,6 +13,8 @@ pub struct PrimitiveCounts {
     pub disks: usize,
     /// Instances, whatever they hold.
     pub instances: usize,
+    /// Primitives of the caller's making.
+    pub users: usize,
 }
 
 /// Figures about one hierarchy. Everything but `bytes` leaves nested hierarchies out.
@@ -30,7 +32,7 @@ pub struct Stats {
     pub bytes: usize,
     /// Primitives that can be hit.
     pub primitives: PrimitiveCounts,
-    /// Primitives left out: no area, a radius not above 0, not finite, beyond the range of `f32`, or an
-    /// instance of nothing.
+    /// Primitives left out: no area, a radius not above 0, not finite, beyond the range of `f32`,
+    /// an instance of nothing, or without a box.
     pub skipped: usize,
 }

@@ -10,9 +10,9 @@ use crate::kernel::{eight, eight_written, item, item_mut, written};
 use crate::lanes::{Baseline, Eight, Machine};
 use crate::node::{BoxRay, ChildRef, Kind, Node};
 use crate::prepared::{PreparedRay, packed};
-use crate::primitive::{Key, Meeting, TriangleBlock};
-use crate::query::{Any, Closest, Query};
-use crate::{Bvh, Hit, Ray, few, flight};
+use crate::primitive::{Key, Meeting, TriangleBlock, UserRecord};
+use crate::query::{Any, AnyWhere, Closest, ClosestWhere, Filtered, Query};
+use crate::{Bvh, Filter, Hit, Ray, few, flight};
 use penombre_math::Vec3A;
 use std::hint::select_unpredictable;
 use std::mem::MaybeUninit;
@@ -37,13 +37,14 @@ impl Stack<'_> {
         }
     }
 
-    /// The same above seven more ends.
+    /// So many ends lie at the bottom if entries are to be taken evenly.
+    const ENDS: usize = 8;
+
+    /// Puts them there, where they stay.
     #[inline(always)]
-    fn begin_deep(&mut self) {
-        *eight(self.refs, 0) = [MaybeUninit::new(ChildRef::RETURN.0); 8];
-        *eight(self.entries, 0) = [MaybeUninit::new(f32::NEG_INFINITY); 8];
-        eight(self.refs, 8)[0].write(ChildRef::ROOT.0);
-        eight(self.entries, 8)[0].write(f32::NEG_INFINITY);
+    pub(crate) fn lay_ends(&mut self) {
+        *eight(self.refs, 0) = [MaybeUninit::new(ChildRef::RETURN.0); Self::ENDS];
+        *eight(self.entries, 0) = [MaybeUninit::new(f32::NEG_INFINITY); Self::ENDS];
     }
 
     /// [`Stack::pop`] without branches, but for rare cases.
@@ -161,19 +162,13 @@ impl<'a> Walker<'a> {
         Self { tree, ready, place, instance: Hit::NO_INSTANCE, stack, outer: None }
     }
 
-    /// The same for another ray.
+    /// Begins with another ray, above the ends on the stack, and visits the root.
     #[inline(always)]
-    pub(crate) fn restart(&mut self, tree: &'a Tree, ready: &ReadyRay) {
+    pub(crate) fn restart<M: Machine, Q: Query>(&mut self, tree: &'a Tree, ready: &ReadyRay) {
         (self.tree, self.ready) = (tree, *ready);
         (self.instance, self.outer) = (Hit::NO_INSTANCE, None);
-        self.begin();
-    }
-
-    /// The root waits.
-    #[inline(always)]
-    pub(crate) fn begin(&mut self) {
-        self.stack.begin_deep();
-        self.place.len = 9;
+        self.place.len = Stack::ENDS;
+        self.visit_node::<M, Q>(ChildRef::ROOT);
     }
 
     /// Takes what is to be visited next.
@@ -220,7 +215,10 @@ impl<'a> Walker<'a> {
         let over = match leaf.kind() {
             Kind::Sphere => {
                 let sphere = item(&tree.spheres, index);
-                self.offer(query, sphere.meet(&self.ready.ray.line()).single(), sphere.key)
+                let line = self.ready.ray.line();
+                let at = sphere.meet(&line).single();
+                self.offer(query, at, sphere.key)
+                    || (Q::SEVERAL && self.offer(query, sphere.meet_behind(line, at), sphere.key))
             }
             Kind::Quad => {
                 let quad = item(&tree.quads, index);
@@ -234,14 +232,34 @@ impl<'a> Walker<'a> {
                 self.enter(query, index);
                 false
             }
-            Kind::Return => {
-                self.leave(query);
+            Kind::User => self.visit_user(item(&tree.users, index), query),
+            Kind::Mark => {
+                if leaf == ChildRef::RETURN {
+                    self.leave(query);
+                }
                 false
             }
-            Kind::Node | Kind::Triangles | Kind::Nothing => false,
+            Kind::Node | Kind::Triangles => false,
         };
         self.ready.limit = self.ready.boxes.limit(query.limit());
         over
+    }
+
+    /// Visits a primitive of the caller's making; true if the query is content.
+    fn visit_user<Q: Query>(&self, user: &UserRecord, query: &mut Q) -> bool {
+        let ray = &self.ready.ray;
+        let mut t_min = ray.t_min;
+        while let Some(at) = user.meet(ray, t_min) {
+            t_min = at.t;
+            if self.offer(query, Some(at), user.key) {
+                return true;
+            }
+            // Unless the hit was refused, or something is nearer, the limit is there now.
+            if !Q::SEVERAL || t_min >= query.limit() {
+                break;
+            }
+        }
+        false
     }
 
     /// Takes a hit if there is one; true if the query is content.
@@ -314,7 +332,7 @@ pub(crate) fn closest<M: Machine>(bvh: &Bvh, rays: &[Ray], hits: &mut [Hit]) {
         few::closest::<1, f64>(&bvh.tree, &rays[done..], &mut hits[done..]);
         return;
     }
-    flight::fly::<M, Closest>(&bvh.tree, rays, |i, hit| M::put(hit, item_mut(hits, i)));
+    flight::fly::<M, Closest>(&bvh.tree, rays, (), |i, hit| M::put(hit, item_mut(hits, i)));
 }
 
 /// Whether each ray hits anything.
@@ -325,7 +343,7 @@ pub(crate) fn occluded<M: Machine>(bvh: &Bvh, rays: &[Ray], blocked: &mut [bool]
         few::occluded::<1, f64>(&bvh.tree, &rays[done..], &mut blocked[done..]);
         return;
     }
-    flight::fly::<M, Any>(&bvh.tree, rays, |i, found| *item_mut(blocked, i) = found);
+    flight::fly::<M, Any>(&bvh.tree, rays, (), |i, found| *item_mut(blocked, i) = found);
 }
 
 /// The closest hit of one ray.
@@ -334,7 +352,7 @@ pub(crate) fn closest_one<M: Machine>(bvh: &Bvh, ray: &Ray, hit: &mut Hit) {
     if bvh.tree.few {
         few::closest::<1, f64>(&bvh.tree, std::slice::from_ref(ray), std::slice::from_mut(hit));
     } else {
-        M::put(walk::<M, Closest>(&bvh.tree, ray), hit);
+        M::put(walk::<M, Closest>(&bvh.tree, ray, ()), hit);
     }
 }
 
@@ -346,13 +364,39 @@ pub(crate) fn occluded_one<M: Machine>(bvh: &Bvh, ray: &Ray) -> bool {
         few::occluded::<1, f64>(&bvh.tree, std::slice::from_ref(ray), std::slice::from_mut(&mut blocked));
         return blocked;
     }
-    walk::<M, Any>(&bvh.tree, ray)
+    walk::<M, Any>(&bvh.tree, ray, ())
+}
+
+/// The closest hit of every ray that counts.
+#[inline(always)]
+pub(crate) fn closest_where<M: Machine>(bvh: &Bvh, all: Filtered<'_>, hits: &mut [Hit]) {
+    flight::fly::<M, ClosestWhere<'_>>(&bvh.tree, all.rays, all, |i, hit| M::put(hit, item_mut(hits, i)));
+}
+
+/// Whether each ray hits anything that counts.
+#[inline(always)]
+pub(crate) fn occluded_where<M: Machine>(bvh: &Bvh, all: Filtered<'_>, blocked: &mut [bool]) {
+    flight::fly::<M, AnyWhere<'_>>(&bvh.tree, all.rays, all, |i, found| *item_mut(blocked, i) = found);
+}
+
+/// The closest hit of one ray that counts.
+#[inline(always)]
+pub(crate) fn closest_one_where<M: Machine>(bvh: &Bvh, ray: &Ray, filter: &dyn Filter, hit: &mut Hit) {
+    let all = Filtered { rays: std::slice::from_ref(ray), filter };
+    M::put(walk::<M, ClosestWhere<'_>>(&bvh.tree, ray, all), hit);
+}
+
+/// Whether one ray hits anything that counts.
+#[inline(always)]
+pub(crate) fn occluded_one_where<M: Machine>(bvh: &Bvh, ray: &Ray, filter: &dyn Filter) -> bool {
+    let all = Filtered { rays: std::slice::from_ref(ray), filter };
+    walk::<M, AnyWhere<'_>>(&bvh.tree, ray, all)
 }
 
 /// Follows one ray to its end.
 #[inline(always)]
-fn walk<M: Machine, Q: Query>(tree: &Tree, ray: &Ray) -> Q::Answer {
-    let mut query = Q::new(ray);
+fn walk<M: Machine, Q: Query>(tree: &Tree, ray: &Ray, shared: Q::Shared) -> Q::Answer {
+    let mut query = Q::new(shared, 0, ray);
     let raw = packed(ray.dir, ray.t_max);
     let Some(ray) = PreparedRay::new(ray, tree.extent) else { return Q::NOTHING };
     let (mut refs, mut entries) = ([MaybeUninit::uninit(); INLINE], [MaybeUninit::uninit(); INLINE]);

@@ -3,7 +3,7 @@
 use super::box4::{NO_REF, PrimRef, Reference as _};
 use super::parallel::{self, take};
 use super::{BuildError, MAX_PRIMITIVES};
-use crate::primitive::{DiskRecord, InstanceRecord, Key, QuadRecord, SphereRecord, has_area};
+use crate::primitive::{DiskRecord, InstanceRecord, Key, QuadRecord, SphereRecord, UserRecord, has_area};
 use crate::{Geometry, Triangles};
 use penombre_math::{Bounds3, Vec3};
 use std::ops::Range;
@@ -95,6 +95,7 @@ pub(super) fn len(geometry: &Geometry) -> usize {
         Geometry::Quads(quads) => quads.len(),
         Geometry::Disks(disks) => disks.len(),
         Geometry::Instance(_) => 1,
+        Geometry::User(list) => list.len(),
     }
 }
 
@@ -109,6 +110,7 @@ impl Job<'_> {
             Geometry::Spheres(spheres) => Ok(self.fill(spheres[prims].iter().map(SphereRecord::bounds))),
             Geometry::Quads(quads) => Ok(self.fill(quads[prims].iter().map(QuadRecord::bounds))),
             Geometry::Disks(disks) => Ok(self.fill(disks[prims].iter().map(DiskRecord::bounds))),
+            Geometry::User(list) => Ok(self.fill(prims.map(|i| UserRecord::bounds(&**list, i)))),
             Geometry::Instance(instance) => {
                 if instance.bvh.holds_instances() {
                     return Err(BuildError::NestedInstances { geometry: self.geometry });

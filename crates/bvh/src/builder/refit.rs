@@ -8,7 +8,7 @@ use super::{BuildError, Shape};
 use crate::Geometry;
 use crate::bvh::Tree;
 use crate::node::{ChildRef, Kind, Node, WIDTH};
-use crate::primitive::{BLOCK, DiskRecord, Key, QuadRecord, SphereRecord, TriangleBlock};
+use crate::primitive::{BLOCK, DiskRecord, Key, QuadRecord, SphereRecord, TriangleBlock, UserRecord};
 use penombre_math::{Bounds3, Vec3};
 
 /// Why a hierarchy could not be moved. It is as it was then; build a new one.
@@ -88,7 +88,7 @@ fn check(tree: &Tree, new: &Collected<'_>) -> Result<usize, RefitError> {
     tree.blocks.iter().flat_map(lanes).for_each(|number| placed[number as usize] = true);
     tree.dormant.iter().for_each(|dormant| placed[number(dormant.key)] = true);
     let others = tree.spheres.iter().map(|s| s.key).chain(tree.quads.iter().map(|q| q.key));
-    let others = others.chain(tree.disks.iter().map(|d| d.key));
+    let others = others.chain(tree.disks.iter().map(|d| d.key)).chain(tree.users.iter().map(|u| u.key));
     let others: Vec<Key> =
         others.chain(tree.instances.iter().map(|i| Key { geometry: i.index, prim: 0 })).collect();
     others.iter().for_each(|key| placed[number(*key)] = true);
@@ -185,6 +185,11 @@ fn move_others(tree: &mut Tree, geometries: &[Geometry]) {
             *disk = record;
         }
     }
+    for user in &mut tree.users {
+        if let (Geometry::User(list), _) = of(user.key) {
+            *user = UserRecord::new(list, user.key);
+        }
+    }
 }
 
 /// Makes all nodes anew, those below first. Returns the box of all and the sum of the areas of nodes and leaves.
@@ -224,6 +229,7 @@ fn other_bounds(tree: &Tree, child: ChildRef, geometries: &[Geometry]) -> Bounds
         Kind::Sphere => tree.spheres[at].key,
         Kind::Quad => tree.quads[at].key,
         Kind::Disk => tree.disks[at].key,
+        Kind::User => tree.users[at].key,
         Kind::Instance => return tree.instances[at].bounds,
         _ => return Bounds3::EMPTY,
     };
@@ -232,6 +238,7 @@ fn other_bounds(tree: &Tree, child: ChildRef, geometries: &[Geometry]) -> Bounds
         Geometry::Spheres(list) => SphereRecord::bounds(&list[prim]),
         Geometry::Quads(list) => QuadRecord::bounds(&list[prim]),
         Geometry::Disks(list) => DiskRecord::bounds(&list[prim]),
+        Geometry::User(list) => UserRecord::bounds(&**list, prim),
         Geometry::Triangles(_) | Geometry::Instance(_) => None,
     };
     bounds.unwrap_or(Bounds3::EMPTY)
@@ -245,6 +252,7 @@ pub(crate) fn inventory(geometries: &[Geometry]) -> Vec<(u8, usize)> {
         Geometry::Quads(_) => 2,
         Geometry::Disks(_) => 3,
         Geometry::Instance(_) => 4,
+        Geometry::User(_) => 5,
     };
     geometries.iter().map(|g| (kind(g), super::collect::len(g))).collect()
 }

@@ -12,7 +12,9 @@ use crate::Geometry;
 use crate::bvh::Tree;
 use crate::kernel::pages::Pages;
 use crate::node::{ChildRef, Kind, Node, WIDTH};
-use crate::primitive::{BLOCK, DiskRecord, InstanceRecord, Key, QuadRecord, SphereRecord, TriangleBlock};
+use crate::primitive::{
+    BLOCK, DiskRecord, InstanceRecord, Key, QuadRecord, SphereRecord, TriangleBlock, UserRecord,
+};
 use penombre_math::Bounds3;
 
 /// Figures about the collapsed tree.
@@ -52,6 +54,7 @@ struct Counts {
     spheres: usize,
     quads: usize,
     disks: usize,
+    users: usize,
 }
 
 impl Counts {
@@ -62,6 +65,7 @@ impl Counts {
             spheres: self.spheres + other.spheres,
             quads: self.quads + other.quads,
             disks: self.disks + other.disks,
+            users: self.users + other.users,
         }
     }
 
@@ -73,6 +77,7 @@ impl Counts {
             spheres: Vec::with_capacity(self.spheres),
             quads: Vec::with_capacity(self.quads),
             disks: Vec::with_capacity(self.disks),
+            users: Vec::with_capacity(self.users),
             ..Tree::default()
         }
     }
@@ -123,6 +128,7 @@ struct Sheet {
     spheres: Vec<SphereRecord>,
     quads: Vec<QuadRecord>,
     disks: Vec<DiskRecord>,
+    users: Vec<UserRecord>,
     /// What comes before in the lists of the tree.
     start: Counts,
     shape: Shape,
@@ -137,6 +143,7 @@ impl Sheet {
             spheres: Vec::with_capacity(counts.spheres),
             quads: Vec::with_capacity(counts.quads),
             disks: Vec::with_capacity(counts.disks),
+            users: Vec::with_capacity(counts.users),
             start,
             shape: Shape::default(),
         }
@@ -154,6 +161,7 @@ impl Sheet {
         tree.spheres.extend_from_slice(&self.spheres);
         tree.quads.extend_from_slice(&self.quads);
         tree.disks.extend_from_slice(&self.disks);
+        tree.users.extend_from_slice(&self.users);
         shape.add(&self.shape);
     }
 }
@@ -248,6 +256,7 @@ impl Plan<'_> {
             Geometry::Quads(_) => counts.quads += 1,
             Geometry::Disks(_) => counts.disks += 1,
             Geometry::Instance(_) => {}
+            Geometry::User(_) => counts.users += 1,
         }
     }
 
@@ -330,6 +339,10 @@ impl Plan<'_> {
                 let record = DiskRecord::new(&disks[prim], key).expect("checked when it was collected");
                 sheet.disks.push(record);
                 ChildRef::new(Kind::Disk, sheet.start.disks + sheet.disks.len() - 1)
+            }
+            Geometry::User(list) => {
+                sheet.users.push(UserRecord::new(list, key));
+                ChildRef::new(Kind::User, sheet.start.users + sheet.users.len() - 1)
             }
             Geometry::Instance(_) => {
                 let place = self.instances.binary_search_by_key(&key.geometry, |i| i.index);

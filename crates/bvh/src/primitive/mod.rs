@@ -5,13 +5,16 @@ mod instance;
 mod quad;
 mod sphere;
 mod triangle;
+mod user;
 
 pub(crate) use disk::DiskRecord;
 pub(crate) use instance::InstanceRecord;
 pub(crate) use quad::QuadRecord;
 pub(crate) use sphere::SphereRecord;
 pub(crate) use triangle::{BLOCK, Span, TriangleBlock, has_area};
+pub(crate) use user::UserRecord;
 
+use crate::Hit;
 use crate::kernel::item;
 use crate::lanes::Lanes;
 use crate::prepared::Line;
@@ -44,6 +47,15 @@ pub(crate) struct Meeting {
     pub(crate) t: f32,
     pub(crate) u: f32,
     pub(crate) v: f32,
+}
+
+impl Meeting {
+    /// The whole hit.
+    #[inline(always)]
+    pub(crate) fn hit(self, key: Key, instance: u32) -> Hit {
+        let (Self { t, u, v }, Key { geometry, prim }) = (self, key);
+        Hit { t, u, v, geometry, prim, instance }
+    }
 }
 
 impl<V> Line<V> {

@@ -1,6 +1,6 @@
 //! Spheres.
 
-use super::{Key, Meetings, difference, dot, rounded_out, scaled, splat, sum, wide};
+use super::{Key, Meeting, Meetings, difference, dot, rounded_out, scaled, splat, sum, wide};
 use crate::lanes::Lanes;
 use crate::{Sphere, prepared::Line};
 use penombre_math::Bounds3;
@@ -49,5 +49,12 @@ impl SphereRecord {
         let (first, second) = (first.store(), second.store());
         let t = std::array::from_fn(|i| if first_holds >> i & 1 == 1 { first[i] } else { second[i] });
         Meetings::of(crossed & (first_holds | second_holds), t)
+    }
+
+    /// The intersection behind the nearest one.
+    #[inline(always)]
+    pub(crate) fn meet_behind(&self, line: Line, nearest: Option<Meeting>) -> Option<Meeting> {
+        let t_min = f64::from(nearest?.t);
+        self.meet(&Line { t_min, ..line }).single()
     }
 }

@@ -9,27 +9,37 @@ mod bodies;
 mod builds;
 mod cornell;
 mod data;
+mod filters;
 mod meshes;
 mod primitives;
 mod properties;
 mod refits;
 mod scenes;
+mod users;
 mod watertight;
 
 /// The closest hit by asking every primitive: no boxes, no early rejection.
 fn exhaustive(bvh: &Bvh, ray: &Ray) -> Hit {
     let mut query = Closest::until(ray.t_max);
-    if let Some(ray) = PreparedRay::new(ray, bvh.tree.extent) {
-        ask_all(bvh, &ray, &mut query, Hit::NO_INSTANCE);
-    }
+    every_hit(bvh, ray, &mut |hit| {
+        let Hit { t, u, v, geometry, prim, instance } = hit;
+        query.offer(Meeting { t, u, v }, Key { geometry, prim }, instance);
+    });
     query.hit
 }
 
-fn ask_all(bvh: &Bvh, ray: &PreparedRay, query: &mut Closest, instance: u32) {
+/// Calls `take` with all hits of a ray, also where it meets a primitive for the second time.
+fn every_hit(bvh: &Bvh, ray: &Ray, take: &mut dyn FnMut(Hit)) {
+    if let Some(ray) = PreparedRay::new(ray, bvh.tree.extent) {
+        ask_all(bvh, &ray, take, Hit::NO_INSTANCE);
+    }
+}
+
+fn ask_all(bvh: &Bvh, ray: &PreparedRay, take: &mut dyn FnMut(Hit), instance: u32) {
     let tree = &bvh.tree;
     let mut offer = |meeting: Option<Meeting>, key| {
         if let Some(meeting) = meeting {
-            query.offer(meeting, key, instance);
+            take(meeting.hit(key, instance));
         }
     };
     for block in tree.blocks.iter() {
@@ -37,12 +47,23 @@ fn ask_all(bvh: &Bvh, ray: &PreparedRay, query: &mut Closest, instance: u32) {
             offer(block.meet::<Baseline>(lane, ray), Key::numbered(block.number(lane), &tree.starts))
         });
     }
-    tree.spheres.iter().for_each(|s| offer(s.meet(&ray.line()).single(), s.key));
+    for sphere in &tree.spheres {
+        let first = sphere.meet(&ray.line()).single();
+        offer(first, sphere.key);
+        offer(sphere.meet_behind(ray.line(), first), sphere.key);
+    }
     tree.quads.iter().for_each(|q| offer(q.meet(&ray.line()).single(), q.key));
     tree.disks.iter().for_each(|d| offer(d.meet(&ray.line()).single(), d.key));
+    for user in &tree.users {
+        let mut t_min = ray.t_min;
+        while let Some(at) = user.meet(ray, t_min) {
+            t_min = at.t;
+            offer(Some(at), user.key);
+        }
+    }
     for placed in &tree.instances {
         if let Some(local) = placed.local_ray(ray) {
-            ask_all(&placed.bvh, &local, query, placed.index);
+            ask_all(&placed.bvh, &local, take, placed.index);
         }
     }
 }

@@ -3,6 +3,7 @@
 use super::bodies;
 use super::cornell::cornell;
 use super::meshes::{self, Mesh, direction, in_cube};
+use super::users::{Balls, Boxes};
 use super::{Disk, Geometry, Instance, Quad, Ray, Sphere, build};
 use penombre_lab::Pcg32;
 use penombre_math::{Bounds3, DAffine3, DMat3, DVec3, Transform, Vec3};
@@ -42,6 +43,7 @@ pub fn all(rng: &mut Pcg32) -> Vec<Scene> {
         touching(),
         instances(rng),
         sheared_instances(rng),
+        users(rng),
     ]);
     scenes
 }
@@ -161,6 +163,36 @@ fn sheared_instances(rng: &mut Pcg32) -> Scene {
         let (x, y, z) = (column(rng), column(rng), column(rng) * 1e-3);
         DAffine3::from_mat3(DMat3::from_cols(x, y + DVec3::X * 1e-4, z + DVec3::Z * 1e-4))
     })
+}
+
+/// Primitives by callback among others, in the world and in instances.
+fn users(rng: &mut Pcg32) -> Scene {
+    let sphere = |rng: &mut Pcg32| Sphere { center: in_cube(rng) * 2.0, radius: 0.05 + 0.3 * rng.next_f32() };
+    let balls: Vec<Sphere> = (0..40).map(|_| sphere(rng)).collect();
+    let mut boxes: Vec<Bounds3> = (0..60)
+        .map(|_| (in_cube(rng), in_cube(rng)))
+        .map(|(a, b)| Bounds3 { min: a.min(a + b * 0.3), max: a.max(a + b * 0.3) })
+        .collect();
+    boxes.extend(boxes.clone().iter().take(5));
+    let mut points: Vec<Vec3> = boxes.iter().flat_map(Bounds3::corners).collect();
+    points.extend(balls.iter().map(|ball| ball.center));
+    let lists = || {
+        vec![
+            Geometry::User(Arc::new(Boxes(boxes.clone()))),
+            Geometry::User(Arc::new(Balls(Vec::new()))),
+            Geometry::User(Arc::new(Balls(balls.clone()))),
+        ]
+    };
+    let nested = Arc::new(build(lists()));
+    let mut geometries = lists();
+    geometries.push(meshes::icosphere(1).geometry());
+    for _ in 0..3 {
+        let linear = DMat3::from_diagonal(in_cube(rng).as_dvec3() + DVec3::splat(1.5));
+        let to_world = placed(rng, DAffine3::from_mat3(linear));
+        geometries.push(Geometry::Instance(Instance { bvh: Arc::clone(&nested), to_world }));
+        points.extend(balls.iter().map(|ball| to_world.point(ball.center)));
+    }
+    Scene { name: "users", geometries, points }
 }
 
 /// One small body in a skew place, to be aimed at exactly: the box in the world and the surface in its own

@@ -1,0 +1,164 @@
+//! What a traversal looks for where not every hit counts.
+//!
+//! Every candidate takes the exact test, for the filter wants complete hits. Nothing here is on the way of rays that
+//! have no filter.
+
+use super::{Any, Closest, Query, before};
+use crate::bvh::Tree;
+use crate::filter::Filter;
+use crate::kernel::item;
+use crate::lanes::Machine;
+use crate::prepared::PreparedRay;
+use crate::primitive::{Key, Meeting};
+use crate::{Hit, Ray};
+
+/// Rays and the filter of their hits.
+#[derive(Clone, Copy)]
+pub(crate) struct Filtered<'f> {
+    pub(crate) rays: &'f [Ray],
+    pub(crate) filter: &'f dyn Filter,
+}
+
+/// The filter as one ray sees it.
+#[derive(Clone, Copy)]
+struct Judge<'f> {
+    all: Filtered<'f>,
+    /// Place of the ray.
+    index: usize,
+}
+
+impl Judge<'_> {
+    #[inline(always)]
+    fn accepts(&self, hit: &Hit) -> bool {
+        self.all.filter.accepts(self.index, item(self.all.rays, self.index), hit)
+    }
+}
+
+/// The closest hit that counts.
+#[derive(Clone, Copy)]
+pub(crate) struct ClosestWhere<'f> {
+    best: Closest,
+    judge: Judge<'f>,
+}
+
+/// Any hit that counts.
+#[derive(Clone, Copy)]
+pub(crate) struct AnyWhere<'f> {
+    any: Any,
+    judge: Judge<'f>,
+}
+
+/// Offers all hits with a block of triangles.
+#[inline(always)]
+fn visit_all<M: Machine, Q: Query>(
+    query: &mut Q,
+    tree: &Tree,
+    index: usize,
+    ray: &PreparedRay,
+    instance: u32,
+) -> bool {
+    let block = item(&tree.blocks, index);
+    let Some(span) = block.span::<M, false>(&ray.turned) else { return false };
+    let open = before(&span, query.limit(), ray.turned.behind);
+    query.visit_exactly::<M>(tree, index, open, ray, instance)
+}
+
+impl<'f> Query for ClosestWhere<'f> {
+    type Shared = Filtered<'f>;
+    const NEAREST_FIRST: bool = true;
+    const SEVERAL: bool = true;
+
+    #[inline(always)]
+    fn new(all: Filtered<'f>, index: usize, ray: &Ray) -> Self {
+        Self { best: Closest::until(ray.t_max), judge: Judge { all, index } }
+    }
+
+    #[inline(always)]
+    fn limit(&self) -> f32 {
+        self.best.limit
+    }
+
+    #[inline(always)]
+    fn offer(&mut self, at: Meeting, key: Key, instance: u32) -> bool {
+        if self.best.yields_to(&at, key, instance) && self.judge.accepts(&at.hit(key, instance)) {
+            self.best.take(at, key, instance);
+        }
+        false
+    }
+
+    #[inline(always)]
+    fn visit<M: Machine>(&mut self, tree: &Tree, index: usize, ray: &PreparedRay, instance: u32) -> bool {
+        visit_all::<M, Self>(self, tree, index, ray, instance)
+    }
+
+    #[inline(always)]
+    fn visit_evenly<M: Machine>(
+        &mut self,
+        tree: &Tree,
+        index: usize,
+        ray: &PreparedRay,
+        instance: u32,
+    ) -> bool {
+        visit_all::<M, Self>(self, tree, index, ray, instance)
+    }
+
+    type Answer = Hit;
+    const NOTHING: Hit = Hit::MISS;
+
+    #[inline(always)]
+    fn answer<M: Machine>(&self, _tree: &Tree, _ray: &PreparedRay, _instance: u32) -> Hit {
+        self.best.hit
+    }
+
+    #[inline(always)]
+    fn settle<M: Machine>(&mut self, _tree: &Tree, _ray: &PreparedRay, _instance: u32) {}
+}
+
+impl<'f> Query for AnyWhere<'f> {
+    type Shared = Filtered<'f>;
+    const NEAREST_FIRST: bool = false;
+    const SEVERAL: bool = true;
+
+    #[inline(always)]
+    fn new(all: Filtered<'f>, index: usize, ray: &Ray) -> Self {
+        Self { any: Any { t_max: ray.t_max, found: false }, judge: Judge { all, index } }
+    }
+
+    #[inline(always)]
+    fn limit(&self) -> f32 {
+        self.any.t_max
+    }
+
+    #[inline(always)]
+    fn offer(&mut self, at: Meeting, key: Key, instance: u32) -> bool {
+        self.any.found = self.judge.accepts(&at.hit(key, instance));
+        self.any.found
+    }
+
+    #[inline(always)]
+    fn visit<M: Machine>(&mut self, tree: &Tree, index: usize, ray: &PreparedRay, instance: u32) -> bool {
+        visit_all::<M, Self>(self, tree, index, ray, instance)
+    }
+
+    #[inline(always)]
+    fn visit_evenly<M: Machine>(
+        &mut self,
+        tree: &Tree,
+        index: usize,
+        ray: &PreparedRay,
+        instance: u32,
+    ) -> bool {
+        visit_all::<M, Self>(self, tree, index, ray, instance)
+    }
+
+    type Answer = bool;
+    const NOTHING: bool = false;
+
+    #[inline(always)]
+    fn answer<M: Machine>(&self, _tree: &Tree, _ray: &PreparedRay, _instance: u32) -> bool {
+        self.any.found
+    }
+
+    #[inline(always)]
+    fn settle<M: Machine>(&mut self, _tree: &Tree, _ray: &PreparedRay, _instance: u32) {}
+}
