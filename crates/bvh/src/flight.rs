@@ -181,7 +181,7 @@ fn begin<'a, M: Machine, Q: Query, P: FnMut(usize, Q::Answer)>(
     rest: &mut Rest<'a, Q, P>,
 ) -> bool {
     let Some(index) = rest.pull::<M>() else { return false };
-    slot.walker.restart::<M, Q>(rest.tree, &rest.ready[index % 8]);
+    slot.walker.restart(rest.tree, &rest.ready[index % 8]);
     (slot.index, slot.query) = (index, Q::new(rest.shared, index, item(rest.rays, index)));
     true
 }

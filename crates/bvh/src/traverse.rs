@@ -162,13 +162,15 @@ impl<'a> Walker<'a> {
         Self { tree, ready, place, instance: Hit::NO_INSTANCE, stack, outer: None }
     }
 
-    /// Begins with another ray, above the ends on the stack, and visits the root.
+    /// Begins with another ray: the root waits above the ends on the stack. (Visited at once, it would be read before what
+    /// was just written is there: measured, 3 to 7 % slower.)
     #[inline(always)]
-    pub(crate) fn restart<M: Machine, Q: Query>(&mut self, tree: &'a Tree, ready: &ReadyRay) {
+    pub(crate) fn restart(&mut self, tree: &'a Tree, ready: &ReadyRay) {
         (self.tree, self.ready) = (tree, *ready);
         (self.instance, self.outer) = (Hit::NO_INSTANCE, None);
-        self.place.len = Stack::ENDS;
-        self.visit_node::<M, Q>(ChildRef::ROOT);
+        eight(self.stack.refs, Stack::ENDS)[0].write(ChildRef::ROOT.0);
+        eight(self.stack.entries, Stack::ENDS)[0].write(f32::NEG_INFINITY);
+        self.place.len = Stack::ENDS + 1;
     }
 
     /// Takes what is to be visited next.
