@@ -93,7 +93,7 @@ pub(crate) fn fly<M: Machine, Q: Query>(
     put: impl FnMut(usize, Q::Answer),
 ) {
     let Some(first) = rays.first() else { return };
-    let (count, need) = (rays.len().min(IN_FLIGHT), tree.stack + 8);
+    let (count, need) = (rays.len().min(IN_FLIGHT), tree.stack + Stack::ENDS);
     let (mut refs, mut entries) = (Vec::new(), Vec::new());
     let (refs, entries) = (room(&mut refs, count * need), room(&mut entries, count * need));
     let mut slots = Vec::with_capacity(count);

@@ -25,16 +25,27 @@ pub(crate) trait Query: Copy {
     fn limit(&self) -> f32;
     /// Takes a hit; true ends the traversal.
     fn offer(&mut self, at: Meeting, key: Key, instance: u32) -> bool;
-    /// Takes the hits with a block of triangles; true ends the traversal.
-    fn visit<M: Machine>(&mut self, tree: &Tree, index: usize, ray: &PreparedRay, instance: u32) -> bool;
-    /// The same in the same time whatever is there, but for rare cases.
+    /// Takes the hits with a block of triangles; true ends the traversal. What single precision leaves open takes the
+    /// exact test.
+    #[inline(always)]
+    fn visit<M: Machine>(&mut self, tree: &Tree, index: usize, ray: &PreparedRay, instance: u32) -> bool {
+        let block = item(&tree.blocks, index);
+        let Some(span) = block.span::<M, false>(&ray.turned) else { return false };
+        let open = before(&span, self.limit(), ray.turned.behind);
+        self.visit_exactly::<M>(tree, index, open, ray, instance)
+    }
+
+    /// The same in the same time whatever is there, but for rare cases, if that pays.
+    #[inline(always)]
     fn visit_evenly<M: Machine>(
         &mut self,
         tree: &Tree,
         index: usize,
         ray: &PreparedRay,
         instance: u32,
-    ) -> bool;
+    ) -> bool {
+        self.visit::<M>(tree, index, ray, instance)
+    }
     /// What is answered.
     type Answer: Copy;
     /// The answer where there is nothing to hit.
@@ -42,7 +53,8 @@ pub(crate) trait Query: Copy {
     /// The answer at the end.
     fn answer<M: Machine>(&self, tree: &Tree, ray: &PreparedRay, instance: u32) -> Self::Answer;
     /// To be called before the ray, the blocks or the instance change.
-    fn settle<M: Machine>(&mut self, tree: &Tree, ray: &PreparedRay, instance: u32);
+    #[inline(always)]
+    fn settle<M: Machine>(&mut self, _tree: &Tree, _ray: &PreparedRay, _instance: u32) {}
 
     /// The exact test of some triangles.
     #[inline(always)]
@@ -77,6 +89,12 @@ fn before<M: Machine>(span: &Span<M>, limit: f32, behind: f32) -> u32 {
     span.met
         & span.from.not_above(M::Eight::splat(limit + f32::MIN_POSITIVE))
         & !span.to.below(M::Eight::splat(behind))
+}
+
+/// The triangles that lie between what single precision can tell and `end`, as bits.
+#[inline(always)]
+fn within<M: Machine>(span: &Span<M>, ray: &PreparedRay, end: f32) -> u32 {
+    M::Eight::splat(ray.turned.beyond).below(span.from) & span.to.below(M::Eight::splat(end))
 }
 
 /// The closest hit, the smallest id among equals.
@@ -155,8 +173,7 @@ impl Query for Closest {
         if open == 0 {
             return false;
         }
-        let inside =
-            M::Eight::splat(ray.turned.beyond).below(span.from) & span.to.below(M::Eight::splat(self.first));
+        let inside = within(&span, ray, self.first);
         if open & (open - 1) == 0 && open & span.sure & inside != 0 {
             let lane = open.trailing_zeros();
             (self.block, self.lane) = (index as u32, lane);
@@ -178,8 +195,7 @@ impl Query for Closest {
         let block = item(&tree.blocks, index);
         let Some(span) = block.span::<M, true>(&ray.turned) else { return false };
         let open = before(&span, self.limit, ray.turned.behind);
-        let inside =
-            M::Eight::splat(ray.turned.beyond).below(span.from) & span.to.below(M::Eight::splat(self.first));
+        let inside = within(&span, ray, self.first);
         let several = open & open.wrapping_sub(1);
         let unsure = open & !(span.sure & inside);
         if several | unsure != 0 {
@@ -248,24 +264,11 @@ impl Query for Any {
     fn visit<M: Machine>(&mut self, tree: &Tree, index: usize, ray: &PreparedRay, instance: u32) -> bool {
         let block = item(&tree.blocks, index);
         let Some(span) = block.span::<M, false>(&ray.turned) else { return false };
-        let inside =
-            M::Eight::splat(ray.turned.beyond).below(span.from) & span.to.below(M::Eight::splat(self.t_max));
-        if span.sure & inside != 0 {
+        if span.sure & within(&span, ray, self.t_max) != 0 {
             self.found = true;
             return true;
         }
         self.visit_exactly::<M>(tree, index, before(&span, self.t_max, ray.turned.behind), ray, instance)
-    }
-
-    #[inline(always)]
-    fn visit_evenly<M: Machine>(
-        &mut self,
-        tree: &Tree,
-        index: usize,
-        ray: &PreparedRay,
-        instance: u32,
-    ) -> bool {
-        self.visit::<M>(tree, index, ray, instance)
     }
 
     type Answer = bool;
@@ -275,7 +278,4 @@ impl Query for Any {
     fn answer<M: Machine>(&self, _tree: &Tree, _ray: &PreparedRay, _instance: u32) -> bool {
         self.found
     }
-
-    #[inline(always)]
-    fn settle<M: Machine>(&mut self, _tree: &Tree, _ray: &PreparedRay, _instance: u32) {}
 }

@@ -1,9 +1,8 @@
 //! The way of rays through the trees.
 //!
-//! A [`Walker`] is a ray on its way; each step visits a node or a leaf. One ray alone is walked to its end; of many,
-//! some are in flight at once and take turns, so that what one of them needs is on its way from memory while the
-//! others are at work. In each round those at nodes go first and those at leaves afterwards (measured: 13 % faster than
-//! one after the other, for the branch between the two cannot be foretold).
+//! A [`Walker`] is a ray on its way; each step visits a node or a leaf. One ray alone goes through nodes and triangles
+//! in registers ([`descend`]) and becomes a walker only where something else is met; many are in flight at once
+//! ([`flight`]).
 
 use crate::bvh::Tree;
 use crate::kernel::{eight, eight_written, item, item_mut, written};
@@ -27,18 +26,15 @@ pub(crate) struct Stack<'a> {
 }
 
 impl Stack<'_> {
-    /// Puts the end at the bottom, and above it the root.
+    /// Puts one entry behind `len` others that is within any limit.
     #[inline(always)]
-    fn begin(&mut self) {
-        let (refs, entries) = (eight(self.refs, 0), eight(self.entries, 0));
-        for (i, child) in [ChildRef::RETURN, ChildRef::ROOT].into_iter().enumerate() {
-            refs[i].write(child.0);
-            entries[i].write(f32::NEG_INFINITY);
-        }
+    fn lay(&mut self, len: usize, child: ChildRef) {
+        eight(self.refs, len)[0].write(child.0);
+        eight(self.entries, len)[0].write(f32::NEG_INFINITY);
     }
 
     /// So many ends lie at the bottom if entries are to be taken evenly.
-    const ENDS: usize = 8;
+    pub(crate) const ENDS: usize = 8;
 
     /// Puts them there, where they stay.
     #[inline(always)]
@@ -53,11 +49,12 @@ impl Stack<'_> {
         if Q::NEAREST_FIRST {
             let limits = M::Eight::splat(limit);
             let mut end = *len;
-            let mut reached = M::Eight::load(eight_written(self.entries, end - 8)).not_above(limits);
+            let mut reached = 0;
             while reached == 0 {
-                end -= 8;
-                reached = M::Eight::load(eight_written(self.entries, end - 8)).not_above(limits);
+                end -= Self::ENDS;
+                reached = M::Eight::load(eight_written(self.entries, end)).not_above(limits);
             }
+            end += Self::ENDS;
             *len = end - (reached << 24).leading_zeros() as usize - 1;
         } else {
             *len -= 1;
@@ -168,8 +165,7 @@ impl<'a> Walker<'a> {
     pub(crate) fn restart(&mut self, tree: &'a Tree, ready: &ReadyRay) {
         (self.tree, self.ready) = (tree, *ready);
         (self.instance, self.outer) = (Hit::NO_INSTANCE, None);
-        eight(self.stack.refs, Stack::ENDS)[0].write(ChildRef::ROOT.0);
-        eight(self.stack.entries, Stack::ENDS)[0].write(f32::NEG_INFINITY);
+        self.stack.lay(Stack::ENDS, ChildRef::ROOT);
         self.place.len = Stack::ENDS + 1;
     }
 
@@ -179,11 +175,10 @@ impl<'a> Walker<'a> {
         self.stack.pop_evenly::<M, Q>(&mut self.place.len, self.ready.limit)
     }
 
-    /// Takes what is to be visited next.
+    /// Goes to what is to be visited next.
     #[inline(always)]
-    pub(crate) fn next<Q: Query>(&mut self) -> ChildRef {
+    fn advance<Q: Query>(&mut self) {
         self.place.current = self.stack.pop::<Q>(&mut self.place.len, self.ready.limit);
-        self.place.current
     }
 
     /// Nothing is left to visit.
@@ -289,13 +284,10 @@ impl<'a> Walker<'a> {
         let record = item(&self.tree.instances, index);
         let Some(local) = record.local_ray(&self.ready.ray) else { return };
         let inner = &record.bvh.tree;
-        let (refs, entries) =
-            (eight(self.stack.refs, self.place.len), eight(self.stack.entries, self.place.len));
-        for (i, child) in [ChildRef::RETURN, ChildRef::ROOT].into_iter().enumerate() {
-            refs[i].write(child.0);
-            entries[i].write(f32::NEG_INFINITY);
+        for child in [ChildRef::RETURN, ChildRef::ROOT] {
+            self.stack.lay(self.place.len, child);
+            self.place.len += 1;
         }
-        self.place.len += 2;
         self.outer = Some((self.tree, self.ready.ray));
         self.ready = ReadyRay::new(local, inner, query.limit());
         (self.tree, self.instance) = (inner, record.index);
@@ -408,7 +400,7 @@ fn walk<M: Machine, Q: Query>(tree: &Tree, ray: &Ray, shared: Q::Shared) -> Q::A
         stack =
             Stack { refs: room(&mut more_refs, tree.stack), entries: room(&mut more_entries, tree.stack) };
     }
-    stack.begin();
+    stack.lay(0, ChildRef::RETURN);
     let ready = ReadyRay::from_raw(ray, tree, query.limit(), raw);
     let mut place = Place { current: ChildRef::ROOT, len: 1 };
     let content = descend::<M, Q>(tree, &ready, Hit::NO_INSTANCE, &mut stack, &mut place, &mut query);
@@ -419,7 +411,7 @@ fn walk<M: Machine, Q: Query>(tree: &Tree, ray: &Ray, shared: Q::Shared) -> Q::A
     let mut walker = Walker { place, ..Walker::new(tree, ready, stack) };
     let mut late = query;
     while !walker.visit_other(walker.place.current, &mut late) {
-        walker.next::<Q>();
+        walker.advance::<Q>();
         let Walker { tree, ready, instance, ref mut stack, ref mut place, .. } = walker;
         if descend::<M, Q>(tree, &ready, instance, stack, place, &mut late)
             || walker.ends_at(walker.place.current)
@@ -450,16 +442,12 @@ fn descend<M: Machine, Q: Query>(
             let node = item(nodes, current.index());
             let (enter, leave) = node.cross::<M>(&spread, limit);
             let mask = enter.not_above(leave);
-            if !Q::NEAREST_FIRST && mask != 0 {
-                // The last one goes first; that does not wait until the others are put aside.
+            // Where order does not matter, one child is treated as several: that saves a branch, and the next one is known
+            // before the others are put aside (measured: shadow rays in large trees 5 %).
+            if mask & mask.wrapping_sub(1) != 0 || (!Q::NEAREST_FIRST && mask != 0) {
                 len += stack.push::<M, Q>(len, node, boxes.octant, enter, leave) - 1;
-                current = node.child(mask.ilog2());
-                if large {
-                    prefetch::<M>(tree, ChildRef(written(stack.refs, len - 1)));
-                }
-            } else if mask & mask.wrapping_sub(1) != 0 {
-                len += stack.push::<M, Q>(len, node, boxes.octant, enter, leave) - 1;
-                current = ChildRef(written(stack.refs, len));
+                let last = || ChildRef(written(stack.refs, len));
+                current = if Q::NEAREST_FIRST { last() } else { node.child(mask.ilog2()) };
                 if large {
                     // What comes after the subtree now entered.
                     prefetch::<M>(tree, ChildRef(written(stack.refs, len - 1)));

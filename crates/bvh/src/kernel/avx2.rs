@@ -26,12 +26,7 @@ impl Machine for Avx2 {
         // SAFETY: only code that was found to run with AVX2 names this type; all pointers are those of eight words,
         // alignment is not asked for.
         unsafe {
-            let places = _mm256_setr_epi32(0, 3, 6, 9, 12, 15, 18, 21);
-            let order = _mm256_srlv_epi32(_mm256_set1_epi32(order as i32), places);
-            // The words change places while the numbers are still being computed.
-            let words = _mm256_permutevar8x32_epi32(_mm256_loadu_si256(words.as_ptr().cast()), order);
-            let numbers = _mm256_permutevar8x32_ps(numbers.0, order);
-            let limits = _mm256_permutevar8x32_ps(limits.0, order);
+            let (words, numbers, limits) = ordered(order, words, numbers, limits);
             let mask = PackedEight(numbers).not_above(PackedEight(limits));
             let from = takes(mask);
             _mm256_storeu_si256(words_to.as_mut_ptr().cast(), _mm256_permutevar8x32_epi32(words, from));
@@ -57,6 +52,25 @@ impl Machine for Avx2 {
     #[inline(always)]
     fn put(hit: Hit, to: &mut Hit) {
         put(hit, to);
+    }
+}
+
+/// Words, numbers and limits in the order of `order`, lanes of three bits each. The words change places while the numbers
+/// are still being computed.
+#[inline(always)]
+pub(super) fn ordered(
+    order: u32,
+    words: &[u32; 8],
+    numbers: PackedEight,
+    limits: PackedEight,
+) -> (__m256i, __m256, __m256) {
+    // SAFETY: only code that was found to run with AVX2 gets here; the pointer is that of eight words, alignment is not
+    // asked for.
+    unsafe {
+        let places = _mm256_setr_epi32(0, 3, 6, 9, 12, 15, 18, 21);
+        let order = _mm256_srlv_epi32(_mm256_set1_epi32(order as i32), places);
+        let words = _mm256_permutevar8x32_epi32(_mm256_loadu_si256(words.as_ptr().cast()), order);
+        (words, _mm256_permutevar8x32_ps(numbers.0, order), _mm256_permutevar8x32_ps(limits.0, order))
     }
 }
 

@@ -1,6 +1,6 @@
 //! The same vectors with the masks and compressions of AVX-512VL.
 
-use super::avx2::{Packed, PackedEight, prefetch, put};
+use super::avx2::{Packed, PackedEight, ordered, prefetch, put};
 use super::wide::Wide;
 use crate::bvh::Tree;
 use crate::lanes::Machine;
@@ -28,12 +28,7 @@ impl Machine for Avx512 {
         // SAFETY: only code that was found to run with AVX-512VL names this type; all pointers are those of eight
         // words, alignment is not asked for.
         unsafe {
-            // The words change places while the numbers are still being computed.
-            let places = _mm256_setr_epi32(0, 3, 6, 9, 12, 15, 18, 21);
-            let order = _mm256_srlv_epi32(_mm256_set1_epi32(order as i32), places);
-            let words = _mm256_permutevar8x32_epi32(_mm256_loadu_si256(words.as_ptr().cast()), order);
-            let numbers = _mm256_permutevar8x32_ps(numbers.0, order);
-            let limits = _mm256_permutevar8x32_ps(limits.0, order);
+            let (words, numbers, limits) = ordered(order, words, numbers, limits);
             let mask = _mm256_cmp_ps_mask::<_CMP_NGT_UQ>(numbers, limits);
             _mm256_storeu_si256(words_to.as_mut_ptr().cast(), _mm256_maskz_compress_epi32(mask, words));
             _mm256_storeu_ps(numbers_to.as_mut_ptr().cast(), _mm256_maskz_compress_ps(mask, numbers));

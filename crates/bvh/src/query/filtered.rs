@@ -1,9 +1,9 @@
 //! What a traversal looks for where not every hit counts.
 //!
-//! Every candidate takes the exact test, for the filter wants complete hits. Nothing here is on the way of rays that
+//! Every candidate takes the exact test ([`Query::visit`] as it is), for the filter wants complete hits. Nothing here is on the way of rays that
 //! have no filter.
 
-use super::{Any, Closest, Query, before};
+use super::{Any, Closest, Query};
 use crate::bvh::Tree;
 use crate::filter::Filter;
 use crate::kernel::item;
@@ -48,21 +48,6 @@ pub(crate) struct AnyWhere<'f> {
     judge: Judge<'f>,
 }
 
-/// Offers all hits with a block of triangles.
-#[inline(always)]
-fn visit_all<M: Machine, Q: Query>(
-    query: &mut Q,
-    tree: &Tree,
-    index: usize,
-    ray: &PreparedRay,
-    instance: u32,
-) -> bool {
-    let block = item(&tree.blocks, index);
-    let Some(span) = block.span::<M, false>(&ray.turned) else { return false };
-    let open = before(&span, query.limit(), ray.turned.behind);
-    query.visit_exactly::<M>(tree, index, open, ray, instance)
-}
-
 impl<'f> Query for ClosestWhere<'f> {
     type Shared = Filtered<'f>;
     const NEAREST_FIRST: bool = true;
@@ -86,22 +71,6 @@ impl<'f> Query for ClosestWhere<'f> {
         false
     }
 
-    #[inline(always)]
-    fn visit<M: Machine>(&mut self, tree: &Tree, index: usize, ray: &PreparedRay, instance: u32) -> bool {
-        visit_all::<M, Self>(self, tree, index, ray, instance)
-    }
-
-    #[inline(always)]
-    fn visit_evenly<M: Machine>(
-        &mut self,
-        tree: &Tree,
-        index: usize,
-        ray: &PreparedRay,
-        instance: u32,
-    ) -> bool {
-        visit_all::<M, Self>(self, tree, index, ray, instance)
-    }
-
     type Answer = Hit;
     const NOTHING: Hit = Hit::MISS;
 
@@ -109,9 +78,6 @@ impl<'f> Query for ClosestWhere<'f> {
     fn answer<M: Machine>(&self, _tree: &Tree, _ray: &PreparedRay, _instance: u32) -> Hit {
         self.best.hit
     }
-
-    #[inline(always)]
-    fn settle<M: Machine>(&mut self, _tree: &Tree, _ray: &PreparedRay, _instance: u32) {}
 }
 
 impl<'f> Query for AnyWhere<'f> {
@@ -135,22 +101,6 @@ impl<'f> Query for AnyWhere<'f> {
         self.any.found
     }
 
-    #[inline(always)]
-    fn visit<M: Machine>(&mut self, tree: &Tree, index: usize, ray: &PreparedRay, instance: u32) -> bool {
-        visit_all::<M, Self>(self, tree, index, ray, instance)
-    }
-
-    #[inline(always)]
-    fn visit_evenly<M: Machine>(
-        &mut self,
-        tree: &Tree,
-        index: usize,
-        ray: &PreparedRay,
-        instance: u32,
-    ) -> bool {
-        visit_all::<M, Self>(self, tree, index, ray, instance)
-    }
-
     type Answer = bool;
     const NOTHING: bool = false;
 
@@ -158,7 +108,4 @@ impl<'f> Query for AnyWhere<'f> {
     fn answer<M: Machine>(&self, _tree: &Tree, _ray: &PreparedRay, _instance: u32) -> bool {
         self.any.found
     }
-
-    #[inline(always)]
-    fn settle<M: Machine>(&mut self, _tree: &Tree, _ray: &PreparedRay, _instance: u32) {}
 }
