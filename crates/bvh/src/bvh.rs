@@ -7,7 +7,9 @@ use crate::kernel::pages::Pages;
 use crate::node::Node;
 use crate::primitive::{DiskRecord, InstanceRecord, QuadRecord, SphereRecord, TriangleBlock, UserRecord};
 use crate::query::Filtered;
-use crate::{BuildError, BuildOptions, Filter, Geometry, Hit, PrimitiveCounts, Ray, RefitError, Stats};
+use crate::{
+    BuildError, BuildOptions, Filter, Geometry, Hit, InstructionSet, PrimitiveCounts, Ray, RefitError, Stats,
+};
 use penombre_math::Bounds3;
 use std::collections::BTreeSet;
 use std::fmt;
@@ -120,7 +122,8 @@ impl Bvh {
         let (skipped, triangles) = (collected.skipped, collected.triangles());
         let (tree, shape) = builder::build(collected, options, threads);
         let stats = summary(&tree, &shape, triangles, skipped);
-        Ok(Self { tree, kernel: Kernel::best(), stats, inventory, build_time: start.elapsed() })
+        let kernel = Kernel::new(options.instructions);
+        Ok(Self { tree, kernel, stats, inventory, build_time: start.elapsed() })
     }
 
     /// Moves the hierarchy along with its primitives, several times as fast as building it anew: the same lists of
@@ -144,6 +147,11 @@ impl Bvh {
         let (shape, triangles) = builder::refit(&mut self.tree, &old, collected, threads)?;
         self.stats = summary(&self.tree, &shape, triangles, skipped);
         Ok(())
+    }
+
+    /// The instructions that rays are followed with.
+    pub fn instructions(&self) -> InstructionSet {
+        self.kernel.instructions()
     }
 
     /// How long the build took.
@@ -236,7 +244,8 @@ impl Bvh {
     /// The same hierarchy on each kind of processor that this one can stand for.
     #[cfg(test)]
     pub(crate) fn on_all_kernels(&self) -> impl Iterator<Item = Self> {
-        Kernel::all().into_iter().map(|kernel| self.with(kernel, self.tree.clone()))
+        let all = InstructionSet::available().into_iter().map(Kernel::new);
+        all.map(|kernel| self.with(kernel, self.tree.clone()))
     }
 
     /// The same hierarchy, using its nodes however few primitives there are.

@@ -4,12 +4,17 @@
 //! at work. In each round those at nodes go first, then those at triangles, then the others. A visit is the same
 //! sequence of instructions whatever it finds, but for rare cases: where a processor has to guess which way a ray goes,
 //! a wrong guess ends the work on all rays that it has begun (measured: a third of the time).
+//!
+//! Triangles are visited in two steps. Single precision tells which of a block's eight may be met; those, one or two for
+//! each ray on all its way, are then met exactly, also in turns. (Measured against distances of all eight in single precision
+//! and one exact hit at the end, as one ray alone does it: 5 to 50 % faster, most where few triangles of a block are met.)
 
 use crate::bvh::Tree;
-use crate::kernel::{item, item_mut};
+use crate::kernel::{eight_of, item, item_mut};
 use crate::lanes::Machine;
 use crate::node::ChildRef;
-use crate::prepared::PreparedRay;
+use crate::prepared::{PreparedRay, TurnedRay};
+use crate::primitive::TriangleBlock;
 use crate::query::Query;
 use crate::traverse::{ReadyRay, Stack, Walker, room};
 use crate::{Ray, ready};
@@ -23,22 +28,8 @@ struct Slot<'a, Q> {
     query: Q,
     /// Its place among the rays.
     index: usize,
-}
-
-/// What a slot's ray visits next: slot and reference in one word.
-#[derive(Clone, Copy)]
-struct Turn(u64);
-
-impl Turn {
-    #[inline(always)]
-    fn new(slot: usize, next: ChildRef) -> Self {
-        Self((slot as u64) << 32 | u64::from(next.0))
-    }
-
-    #[inline(always)]
-    fn parts(self) -> (usize, ChildRef) {
-        ((self.0 >> 32) as usize, ChildRef(self.0 as u32))
-    }
+    /// Where its part of the stack begins.
+    bottom: usize,
 }
 
 /// The rays that have not begun.
@@ -95,93 +86,221 @@ pub(crate) fn fly<M: Machine, Q: Query>(
     let Some(first) = rays.first() else { return };
     let (count, need) = (rays.len().min(IN_FLIGHT), tree.stack + Stack::ENDS);
     let (mut refs, mut entries) = (Vec::new(), Vec::new());
-    let (refs, entries) = (room(&mut refs, count * need), room(&mut entries, count * need));
-    let mut slots = Vec::with_capacity(count);
-    let mut rest: Rest<'_, Q, _> =
-        Rest { tree, rays, shared, next: 0, ready: [ReadyRay::EMPTY; 8], sane: 0, put };
-    for (refs, entries) in refs.chunks_exact_mut(need).zip(entries.chunks_exact_mut(need)) {
-        let mut stack = Stack { refs, entries };
-        stack.lay_ends();
-        let walker = Walker::new(tree, ReadyRay::EMPTY, stack);
-        let mut slot = Slot { walker, query: Q::new(shared, 0, first), index: 0 };
-        if !begin::<M, Q, _>(&mut slot, &mut rest) {
+    let stack = Stack { refs: room(&mut refs, count * need), entries: room(&mut entries, count * need) };
+    let rest = Rest { tree, rays, shared, next: 0, ready: [ReadyRay::EMPTY; 8], sane: 0, put };
+    let mut flight: Flight<'_, Q, _> = Flight {
+        rest,
+        slots: Vec::with_capacity(count),
+        stack,
+        lens: [0; IN_FLIGHT],
+        limits: [0.0; IN_FLIGHT],
+        nexts: [0; IN_FLIGHT],
+        open: [0; IN_FLIGHT],
+    };
+    for place in 0..count {
+        let bottom = place * need;
+        flight.stack.lay_ends(bottom);
+        let walker = Walker::new(tree, ReadyRay::EMPTY);
+        flight.slots.push(Slot { walker, query: Q::new(shared, 0, first), index: 0, bottom });
+        if !flight.begin::<M>(place) {
+            flight.slots.pop();
             break;
         }
-        slots.push(slot);
     }
-    while !slots.is_empty() {
-        let mut landed = round::<M, Q, _>(&mut slots, &mut rest);
+    while !flight.slots.is_empty() {
+        let mut landed = flight.round::<M>();
         while landed != 0 {
             // The last first, so that what is taken out moves none that is still to come.
-            let slot = landed.ilog2();
-            slots.swap_remove(slot as usize);
-            landed ^= 1 << slot;
+            let place = landed.ilog2();
+            flight.take_out(place as usize);
+            landed ^= 1 << place;
         }
     }
 }
 
-/// A step of each ray. Returns the slots that are empty afterwards, as bits.
-#[inline(always)]
-fn round<'a, M: Machine, Q: Query, P: FnMut(usize, Q::Answer)>(
-    slots: &mut [Slot<'a, Q>],
-    rest: &mut Rest<'a, Q, P>,
-) -> u32 {
-    let count = slots.len();
-    // Nodes from the front, the others from the back: both are written, and one of them stays.
-    let mut turns = [Turn(0); IN_FLIGHT];
-    let large = rest.tree.large;
-    let (mut front, mut back) = (0, count);
-    for slot in 0..count {
-        let walker = &mut item_mut(slots, slot).walker;
-        let next = walker.next_evenly::<M, Q>();
-        if large {
-            walker.prefetch::<M>(next);
-        }
-        let turn = Turn::new(slot, next);
-        *item_mut(&mut turns, front) = turn;
-        *item_mut(&mut turns, back - 1) = turn;
-        let is_node = usize::from(next.is_node());
-        front += is_node;
-        back -= 1 - is_node;
-    }
-    for k in 0..front {
-        let (slot, next) = item(&turns, k).parts();
-        item_mut(slots, slot).walker.visit_node::<M, Q>(next);
-    }
-    let mut landed = 0;
-    for k in front..count {
-        let (place, next) = item(&turns, k).parts();
-        let slot = item_mut(slots, place);
-        let over = if next.is_triangles() {
-            slot.walker.visit_triangles::<M, Q>(next, &mut slot.query)
-        } else {
-            slot.walker.ends_at(next) || slot.walker.visit_other(next, &mut slot.query)
-        };
-        if over && !next_ray::<M, Q, P>(slot, rest) {
-            landed |= 1 << place;
-        }
-    }
-    landed
+/// Rays in flight.
+struct Flight<'a, Q: Query, P> {
+    rest: Rest<'a, Q, P>,
+    slots: Vec<Slot<'a, Q>>,
+    /// What waits for all of them.
+    stack: Stack<'a>,
+    /// For each slot where the free part of the stack begins, …
+    lens: [usize; IN_FLIGHT],
+    /// … and how far its ray looks, in units of boxes.
+    limits: [f32; IN_FLIGHT],
+    /// What is next for each, as [`ChildRef`].
+    nexts: [u32; IN_FLIGHT],
+    /// Triangles that may be met there, as bits.
+    open: [u32; IN_FLIGHT],
 }
 
-/// Hands an answer over and begins with another ray, if there is one.
-#[inline(always)]
-fn next_ray<'a, M: Machine, Q: Query, P: FnMut(usize, Q::Answer)>(
-    slot: &mut Slot<'a, Q>,
-    rest: &mut Rest<'a, Q, P>,
-) -> bool {
-    (rest.put)(slot.index, slot.walker.answer::<M, Q>(&slot.query));
-    begin::<M, Q, P>(slot, rest)
+impl<'a, Q: Query, P: FnMut(usize, Q::Answer)> Flight<'a, Q, P> {
+    /// A step of each ray. Returns the slots that are empty afterwards, as bits.
+    #[inline(always)]
+    fn round<M: Machine>(&mut self) -> u32 {
+        let [nodes, triangles, ends] = self.take_turns::<M>();
+        let others = !(nodes | triangles | ends) & (u64::MAX >> (64 - self.slots.len())) as u32;
+        self.visit_nodes::<M>(nodes);
+        let (mut met, mut content) = (self.visit_triangles::<M>(triangles), 0);
+        while met != 0 {
+            met = self.meet_triangles::<M>(met, &mut content);
+        }
+        self.visit_others(others, &mut content);
+        self.end::<M>(ends | content)
+    }
+
+    /// Finds out what is next for each ray; returns the slots where that is a node, triangles, the end.
+    #[inline(always)]
+    fn take_turns<M: Machine>(&mut self) -> [u32; 3] {
+        let large = self.rest.tree.large;
+        for place in 0..self.slots.len() {
+            let (len, limit) = (item_mut(&mut self.lens, place), *item(&self.limits, place));
+            let next = self.stack.pop_evenly::<M, Q>(len, limit);
+            if large {
+                item(&self.slots, place).walker.prefetch::<M>(next);
+            }
+            *item_mut(&mut self.nexts, place) = next.0;
+        }
+        let all = (u64::MAX >> (64 - self.slots.len())) as u32;
+        let mut kinds = [0; 3];
+        let mut group = 0;
+        while group < IN_FLIGHT / 8 {
+            let found = M::kinds(eight_of(&self.nexts, 8 * group));
+            kinds[0] |= found[0] << (8 * group) & all;
+            kinds[1] |= found[1] << (8 * group) & all;
+            kinds[2] |= found[2] << (8 * group) & all;
+            group += 1;
+        }
+        kinds
+    }
+
+    /// What is next in that slot.
+    #[inline(always)]
+    fn next(&self, place: usize) -> ChildRef {
+        ChildRef(*item(&self.nexts, place))
+    }
+
+    #[inline(always)]
+    fn visit_nodes<M: Machine>(&mut self, places: u32) {
+        let mut rest = places;
+        while rest != 0 {
+            let place = take(&mut rest);
+            let (walker, next) = (&item(&self.slots, place).walker, self.next(place));
+            walker.visit_node::<M, Q>(next, &mut self.stack, item_mut(&mut self.lens, place));
+        }
+    }
+
+    /// The block of triangles that is next in that slot, the ray, and how far that looks.
+    #[inline(always)]
+    fn block(&self, place: usize) -> (&TriangleBlock, &TurnedRay, f32) {
+        let slot = item(&self.slots, place);
+        let (block, ray) = slot.walker.block(self.next(place));
+        (block, ray, slot.query.limit())
+    }
+
+    /// Finds out which triangles may be met; returns the slots where there are any.
+    #[inline(always)]
+    fn visit_triangles<M: Machine>(&mut self, places: u32) -> u32 {
+        let (mut rest, mut met) = (places, 0);
+        while rest & rest.wrapping_sub(1) != 0 {
+            let places = [take(&mut rest), take(&mut rest)];
+            let [(b0, r0, l0), (b1, r1, l1)] = [self.block(places[0]), self.block(places[1])];
+            let [o0, o1] = M::met_by_two([b0, b1], [r0, r1], [l0, l1]);
+            *item_mut(&mut self.open, places[0]) = o0;
+            *item_mut(&mut self.open, places[1]) = o1;
+            met |= u32::from(o0 != 0) << places[0] | u32::from(o1 != 0) << places[1];
+        }
+        if rest != 0 {
+            let place = take(&mut rest);
+            let (block, ray, limit) = self.block(place);
+            let open = block.met_before::<M>(ray, limit);
+            *item_mut(&mut self.open, place) = open;
+            met |= u32::from(open != 0) << place;
+        }
+        met
+    }
+
+    /// Meets one triangle in each of these slots. Returns those where there are more.
+    #[inline(always)]
+    fn meet_triangles<M: Machine>(&mut self, places: u32, content: &mut u32) -> u32 {
+        let (mut rest, mut more) = (places, 0);
+        while rest != 0 {
+            let place = take(&mut rest);
+            let next = self.next(place);
+            let (slot, open) = (item_mut(&mut self.slots, place), item_mut(&mut self.open, place));
+            let lane = take(open);
+            more |= u32::from(*open != 0) << place;
+            let over = slot.walker.meet_triangle::<M, Q>(next, lane, &mut slot.query);
+            *item_mut(&mut self.limits, place) = slot.walker.limit();
+            *content |= u32::from(over) << place;
+        }
+        more & !*content
+    }
+
+    /// Visits what is neither node nor triangles nor the end of a tree.
+    #[inline(always)]
+    fn visit_others(&mut self, places: u32, content: &mut u32) {
+        let mut rest = places;
+        while rest != 0 {
+            let place = take(&mut rest);
+            *content |= u32::from(self.visit_other(place)) << place;
+        }
+    }
+
+    /// Visits what is next in that slot, and is no node and no triangles; true if the ray is content with that.
+    #[inline(always)]
+    fn visit_other(&mut self, place: usize) -> bool {
+        let next = self.next(place);
+        let (slot, len) = (item_mut(&mut self.slots, place), item_mut(&mut self.lens, place));
+        let over = slot.walker.visit_other(next, &mut slot.query, &mut self.stack, len);
+        *item_mut(&mut self.limits, place) = slot.walker.limit();
+        over
+    }
+
+    /// Ends rays, unless they only leave an instance; others begin in their places. Returns the slots where none did.
+    #[inline(always)]
+    fn end<M: Machine>(&mut self, places: u32) -> u32 {
+        let (mut rest, mut landed) = (places, 0);
+        while rest != 0 {
+            let place = take(&mut rest);
+            let slot = item(&self.slots, place);
+            if self.next(place) == ChildRef::RETURN && !slot.walker.ends_at(ChildRef::RETURN) {
+                self.visit_other(place);
+                continue;
+            }
+            (self.rest.put)(slot.index, slot.walker.answer::<M, Q>(&slot.query));
+            landed |= u32::from(!self.begin::<M>(place)) << place;
+        }
+        landed
+    }
+
+    /// Begins with another ray in that slot, if there is one: the root waits above the ends on the stack. (Visited at once, it
+    /// would be read before what was just written is there: measured, 3 to 7 % slower.)
+    #[inline(always)]
+    fn begin<M: Machine>(&mut self, place: usize) -> bool {
+        let Some(index) = self.rest.pull::<M>() else { return false };
+        let slot = item_mut(&mut self.slots, place);
+        slot.walker.restart::<M>(self.rest.tree, &self.rest.ready[index % 8]);
+        (slot.index, slot.query) = (index, Q::new(self.rest.shared, index, item(self.rest.rays, index)));
+        let root = slot.bottom + Stack::ENDS;
+        self.stack.lay(root, ChildRef::ROOT);
+        *item_mut(&mut self.lens, place) = root + 1;
+        *item_mut(&mut self.limits, place) = slot.walker.limit();
+        true
+    }
+
+    /// Gives a slot up.
+    fn take_out(&mut self, place: usize) {
+        self.slots.swap_remove(place);
+        let last = self.slots.len();
+        (self.lens[place], self.limits[place]) = (self.lens[last], self.limits[last]);
+    }
 }
 
-/// Begins with another ray, if there is one.
+/// Takes the lowest bit out of several; returns its place.
 #[inline(always)]
-fn begin<'a, M: Machine, Q: Query, P: FnMut(usize, Q::Answer)>(
-    slot: &mut Slot<'a, Q>,
-    rest: &mut Rest<'a, Q, P>,
-) -> bool {
-    let Some(index) = rest.pull::<M>() else { return false };
-    slot.walker.restart(rest.tree, &rest.ready[index % 8]);
-    (slot.index, slot.query) = (index, Q::new(rest.shared, index, item(rest.rays, index)));
-    true
+fn take(bits: &mut u32) -> usize {
+    let place = bits.trailing_zeros();
+    *bits &= bits.wrapping_sub(1);
+    place as usize
 }

@@ -13,6 +13,8 @@ mod avx2;
 #[cfg(target_arch = "x86_64")]
 mod avx512;
 pub(crate) mod pages;
+#[cfg(target_arch = "x86_64")]
+mod sixteen;
 #[cfg(all(test, target_arch = "x86_64"))]
 mod tests;
 #[cfg(target_arch = "x86_64")]
@@ -20,53 +22,38 @@ mod wide;
 
 use crate::query::Filtered;
 use crate::traverse::ReadyRay;
-use crate::{Bvh, Filter, Hit, Ray};
+use crate::{Bvh, Filter, Hit, InstructionSet, Ray};
 use std::mem::MaybeUninit;
 
 /// A compiled version of the traversal. The field is private, so that only what looks at the processor makes it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) struct Kernel(Set);
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Set {
-    Portable,
-    #[cfg(target_arch = "x86_64")]
-    Avx2,
-    #[cfg(target_arch = "x86_64")]
-    Avx512,
-}
+pub(crate) struct Kernel(InstructionSet);
 
 /// Calls the version of a function for the kernel's instruction set.
 macro_rules! dispatch {
     ($kernel:expr, $function:ident, $($argument:expr),*) => {
         match $kernel.0 {
-            Set::Portable => portable::$function($($argument),*),
-            // SAFETY: `all` found the processor to have what the function is compiled for.
+            // SAFETY: `new` found the processor to have what the function is compiled for.
             #[cfg(target_arch = "x86_64")]
-            Set::Avx2 => unsafe { for_avx2::$function($($argument),*) },
+            InstructionSet::Avx2 => unsafe { for_avx2::$function($($argument),*) },
             // SAFETY: as above.
             #[cfg(target_arch = "x86_64")]
-            Set::Avx512 => unsafe { for_avx512::$function($($argument),*) },
+            InstructionSet::Avx512 => unsafe { for_avx512::$function($($argument),*) },
+            _ => portable::$function($($argument),*),
         }
     };
 }
+
 impl Kernel {
-    /// All that this processor runs, the fastest last.
-    pub(crate) fn all() -> Vec<Self> {
-        let mut all = vec![Self(Set::Portable)];
-        #[cfg(target_arch = "x86_64")]
-        if has_avx2() {
-            all.push(Self(Set::Avx2));
-            if has_avx512() {
-                all.push(Self(Set::Avx512));
-            }
-        }
-        all
+    /// The fastest that this processor runs, up to a set of instructions.
+    pub(crate) fn new(limit: InstructionSet) -> Self {
+        let allowed = InstructionSet::available().into_iter().rfind(|set| *set <= limit);
+        Self(allowed.unwrap_or(InstructionSet::Portable))
     }
 
-    /// The fastest that this processor runs.
-    pub(crate) fn best() -> Self {
-        Self::all().pop().unwrap_or(Self(Set::Portable))
+    /// What it is compiled for.
+    pub(crate) fn instructions(self) -> InstructionSet {
+        self.0
     }
 
     #[inline]
@@ -108,20 +95,6 @@ impl Kernel {
     pub(crate) fn occluded_one_where(self, bvh: &Bvh, ray: &Ray, filter: &dyn Filter) -> bool {
         dispatch!(self, occluded_one_where, bvh, ray, filter)
     }
-}
-
-/// AVX2 and what came with it.
-#[cfg(target_arch = "x86_64")]
-fn has_avx2() -> bool {
-    use std::is_x86_feature_detected as has;
-    has!("avx2") && has!("fma") && has!("bmi1") && has!("bmi2") && has!("lzcnt") && has!("popcnt")
-}
-
-/// AVX-512VL.
-#[cfg(target_arch = "x86_64")]
-fn has_avx512() -> bool {
-    use std::is_x86_feature_detected as has;
-    has!("avx512f") && has!("avx512vl")
 }
 
 /// An entry of a list by an index that the builder made for it.
@@ -187,9 +160,24 @@ pub(crate) const READY_WORDS: usize = size_of::<ReadyRay>() / size_of::<f32>();
 
 /// The words that a ray made ready consists of.
 #[inline(always)]
-pub(crate) fn words_of(ready: &mut ReadyRay) -> &mut [f32; READY_WORDS] {
+pub(crate) fn words_of(ready: &ReadyRay) -> &[f32; READY_WORDS] {
     // SAFETY: all fields are words of 32 bits that may have any value, and there is nothing between them.
+    unsafe { &*std::ptr::from_ref(ready).cast() }
+}
+
+/// The same to be changed.
+#[inline(always)]
+pub(crate) fn words_of_mut(ready: &mut ReadyRay) -> &mut [f32; READY_WORDS] {
+    // SAFETY: as for `words_of`.
     unsafe { &mut *std::ptr::from_mut(ready).cast() }
+}
+
+/// Eight entries of a list.
+#[inline(always)]
+pub(crate) fn eight_of<T>(list: &[T], index: usize) -> &[T; 8] {
+    debug_assert!(index + 8 <= list.len());
+    // SAFETY: lists for slots are as long as there may be slots, a multiple of eight.
+    unsafe { &*list.as_ptr().add(index).cast::<[T; 8]>() }
 }
 
 /// A ray as eight numbers: origin, `t_min`, direction, `t_max`.

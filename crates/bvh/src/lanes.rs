@@ -1,6 +1,9 @@
 //! Several numbers in double precision at once.
 
 use crate::bvh::Tree;
+use crate::node::ChildRef;
+use crate::prepared::TurnedRay;
+use crate::primitive::TriangleBlock;
 use crate::{Hit, Ray, few};
 use std::array;
 use std::mem::MaybeUninit;
@@ -98,6 +101,27 @@ pub(crate) trait Machine: Copy {
 
     /// Writes the words of the lanes in `mask` one after the other. What lies behind them is overwritten with anything.
     fn compress(mask: u32, words: &[u32; 8], to: &mut [MaybeUninit<u32>; 8]);
+
+    /// Which of eight references, as words, lead to nodes, to triangles, and to the end, as bits.
+    #[inline(always)]
+    fn kinds(refs: &[u32; 8]) -> [u32; 3] {
+        let mut kinds = [0; 3];
+        let mut lane = 0;
+        while lane < 8 {
+            let next = ChildRef(refs[lane]);
+            kinds[0] |= u32::from(next.is_node()) << lane;
+            kinds[1] |= u32::from(next.is_triangles()) << lane;
+            kinds[2] |= u32::from(next == ChildRef::RETURN) << lane;
+            lane += 1;
+        }
+        kinds
+    }
+
+    /// [`TriangleBlock::met_before`] of two blocks, a ray each.
+    #[inline(always)]
+    fn met_by_two(blocks: [&TriangleBlock; 2], rays: [&TurnedRay; 2], limits: [f32; 2]) -> [u32; 2] {
+        [blocks[0].met_before::<Self>(rays[0], limits[0]), blocks[1].met_before::<Self>(rays[1], limits[1])]
+    }
 
     /// Says that the four lines from this address on will be read soon, whatever lies there.
     fn prefetch(address: usize);

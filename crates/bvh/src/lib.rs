@@ -33,6 +33,7 @@
 //! | [`closest_where`](Bvh::closest_where), [`closest_batch_where`](Bvh::closest_batch_where), [`occluded_where`](Bvh::occluded_where), [`occluded_batch_where`](Bvh::occluded_batch_where) | the same, of those hits alone that a [`Filter`] accepts: cut-outs by a closure, ray masks by [`Masks`] |
 //! | [`Geometry`] | [`Triangles`], [`Sphere`]s, [`Quad`]s, [`Disk`]s, [`Instance`]s of another hierarchy, or whatever implements [`UserPrimitives`] |
 //! | [`Bvh::bounds`], [`Bvh::stats`], [`Bvh::build_time`] | what came of it |
+//! | [`InstructionSet`] | what the processor has, and how to use less of it |
 //!
 //! # What holds
 //!
@@ -55,6 +56,7 @@ mod few;
 mod filter;
 mod flight;
 mod geometry;
+mod instructions;
 mod kernel;
 mod lanes;
 mod node;
@@ -73,6 +75,7 @@ pub use builder::{BuildError, BuildOptions, Quality, RefitError};
 pub use bvh::Bvh;
 pub use filter::{Filter, Masks};
 pub use geometry::{Disk, Geometry, Instance, Quad, Sphere, Triangles};
+pub use instructions::{InstructionSet, UnknownInstructionSet};
 pub use ray::{Hit, Ray};
 pub use stats::{PrimitiveCounts, Stats};
 pub use user::{UserHit, UserPrimitives};

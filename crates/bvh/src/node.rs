@@ -9,8 +9,8 @@
 //!   coordinate relative to the origin by a factor 1 ± 2u, and by 4u·|S·z| for the shear
 //!   ([`crate::primitive`]). Divided by the direction that is 2u·|t| + 4u·T; planes with |t| beyond 2T decide
 //!   nothing.
-//! * The plane distances of the box carry 3 roundings (\[Ize2013\]), 3u·|t|, and roundings of the origin's share of
-//!   them, which are taken off beforehand (see [`BoxRay`]).
+//! * The plane distances of the box carry 4 roundings (\[Ize2013\], and one of the stretch), 4u·|t|, and roundings of the
+//!   origin's share of them, which are taken off beforehand (see [`BoxRay`]).
 //! * Spheres lose half of the double precision digits where a ray grazes them: below 3u·T.
 //! * The distance is rounded to `f32`: u·T.
 //!
@@ -50,7 +50,7 @@ pub(crate) enum Kind {
 pub(crate) struct ChildRef(pub(crate) u32);
 
 impl ChildRef {
-    const INDEX_BITS: u32 = 29;
+    pub(crate) const INDEX_BITS: u32 = 29;
     /// Exclusive limit of indices.
     pub(crate) const LIMIT: usize = 1 << Self::INDEX_BITS;
     pub(crate) const ROOT: Self = Self(0);
@@ -159,16 +159,17 @@ impl Node {
     pub(crate) fn cross<M: Machine>(&self, ray: &SpreadRay<M>, limit: f32) -> (M::Eight, M::Eight) {
         // No closures and no `map`: they would not be compiled for the instruction set chosen.
         let ([x, y, z], near, far, rows) = (ray.inverse, &ray.near, &ray.far, ray.rows);
+        let [x_far, y_far, z_far] = ray.stretched;
         let x0 = self.row::<M>(rows[0]).about_mul_sub(x, near[0]);
         let y0 = self.row::<M>(rows[1]).about_mul_sub(y, near[1]);
         let z0 = self.row::<M>(rows[2]).about_mul_sub(z, near[2]);
-        let x1 = self.row::<M>(rows[3]).about_mul_sub(x, far[0]);
-        let y1 = self.row::<M>(rows[4]).about_mul_sub(y, far[1]);
-        let z1 = self.row::<M>(rows[5]).about_mul_sub(z, far[2]);
+        let x1 = self.row::<M>(rows[3]).about_mul_sub(x_far, far[0]);
+        let y1 = self.row::<M>(rows[4]).about_mul_sub(y_far, far[1]);
+        let z1 = self.row::<M>(rows[5]).about_mul_sub(z_far, far[2]);
         // Where one number is NaN, the second of two is taken: the one that is a number.
         let enter = x0.larger(y0).larger(z0.larger(ray.t_min));
         let leave = x1.smaller(y1).smaller(z1.smaller(M::Eight::splat(limit)));
-        (enter, leave.times(M::Eight::splat(STRETCH)))
+        (enter, leave)
     }
 }
 
@@ -224,6 +225,8 @@ pub(crate) struct SpreadRay<M: Machine> {
     inverse: [M::Eight; 3],
     near: [M::Eight; 3],
     far: [M::Eight; 3],
+    /// `inverse` times [`STRETCH`], for far planes.
+    stretched: [M::Eight; 3],
     t_min: M::Eight,
     /// Where in a node the rows of near and far planes lie.
     rows: [u32; 6],
@@ -252,7 +255,7 @@ static ROWS: [[u32; 8]; 8] = {
 };
 
 /// A ray as boxes want it, with the direction scaled by a power of two to a moderate length: a plane at `p` is met at
-/// about `p · inverse − near`, or `far` if it is a far one.
+/// about `p · inverse − near`, or `p · stretched − far` if it is a far one.
 #[derive(Clone, Copy)]
 #[repr(C)]
 pub(crate) struct BoxRay {
@@ -263,11 +266,20 @@ pub(crate) struct BoxRay {
     scale: f32,
     /// A bit for each axis, x first, along which the ray goes backward.
     pub(crate) octant: u32,
+    /// `inverse` times [`STRETCH`].
+    stretched: [f32; 3],
 }
 
 impl BoxRay {
-    pub(crate) const EMPTY: Self =
-        Self { inverse: [0.0; 3], near: [0.0; 3], far: [0.0; 3], t_min: 0.0, scale: 0.0, octant: 0 };
+    pub(crate) const EMPTY: Self = Self {
+        inverse: [0.0; 3],
+        near: [0.0; 3],
+        far: [0.0; 3],
+        t_min: 0.0,
+        scale: 0.0,
+        octant: 0,
+        stretched: [0.0; 3],
+    };
 
     /// `aside` is the allowance for points moved aside, as a share of the distance to the farthest corner; `raw` the
     /// ray's direction that may have negligible components, if the ray is ordinary: it is known sooner.
@@ -288,7 +300,7 @@ impl BoxRay {
             // What the stretch does not do before the origin.
             allowance += far * (STRETCH - 1.0) * steep.min_element();
         }
-        let (mut near, mut far_less) = (at + allowance, at - allowance);
+        let (mut near, mut far_less) = (at + allowance, (at - allowance) * STRETCH);
         if !ray.is_ordinary() {
             // Products of planes must not overflow: then the axis decides nothing.
             let tame = ((far + size) * steep).cmplt(Vec3A::splat(TAME));
@@ -302,6 +314,7 @@ impl BoxRay {
             t_min: ray.t_min * ray.box_scale - f32::MIN_POSITIVE,
             scale: ray.box_scale,
             octant: raw.is_negative_bitmask(),
+            stretched: (inverse * STRETCH).to_array(),
         }
     }
 
@@ -313,6 +326,7 @@ impl BoxRay {
             inverse: spread::<M>(&self.inverse),
             near: spread::<M>(&self.near),
             far: spread::<M>(&self.far),
+            stretched: spread::<M>(&self.stretched),
             t_min: M::Eight::splat(self.t_min),
         }
     }
@@ -335,8 +349,8 @@ pub(crate) const BESIDE: f32 = 1.0 / (1u32 << 24) as f32;
 /// Products below this one are far from overflow.
 const TAME: f32 = 1e37;
 
-/// Eight unit roundoffs of the origin's share: forming it takes one, subtracting it up to two, and adding allowances
-/// one each.
+/// Eight unit roundoffs of the origin's share: forming it takes one, subtracting it up to two, adding allowances one each,
+/// and stretching the far planes' inverse and share one each.
 pub(crate) const ORIGIN_ROUNDINGS: f32 = 1.0 / (1u32 << 21) as f32;
 
 /// Bound on what an underflowing product of the shear can cost, 2⁻¹⁵⁰ along the main axis, divided by the smallest

@@ -30,21 +30,22 @@ pub(crate) trait Query: Copy {
     #[inline(always)]
     fn visit<M: Machine>(&mut self, tree: &Tree, index: usize, ray: &PreparedRay, instance: u32) -> bool {
         let block = item(&tree.blocks, index);
-        let Some(span) = block.span::<M, false>(&ray.turned) else { return false };
-        let open = before(&span, self.limit(), ray.turned.behind);
+        let open = block.met_before::<M>(&ray.turned, self.limit());
         self.visit_exactly::<M>(tree, index, open, ray, instance)
     }
 
-    /// The same in the same time whatever is there, but for rare cases, if that pays.
+    /// Takes a hit with a triangle by its number, if it `counts`: without branches, where that pays. True once, where it
+    /// ends the traversal.
     #[inline(always)]
-    fn visit_evenly<M: Machine>(
+    fn offer_evenly<M: Machine>(
         &mut self,
         tree: &Tree,
-        index: usize,
-        ray: &PreparedRay,
+        at: Meeting,
+        counts: bool,
+        number: u32,
         instance: u32,
     ) -> bool {
-        self.visit::<M>(tree, index, ray, instance)
+        counts && at.t <= self.limit() && self.offer(at, Key::numbered(number, &tree.starts), instance)
     }
     /// What is answered.
     type Answer: Copy;
@@ -124,10 +125,7 @@ impl Closest {
     /// Whether a hit comes before the best one so far.
     #[inline(always)]
     fn yields_to(&self, at: &Meeting, key: Key, instance: u32) -> bool {
-        let old = &self.hit;
-        at.t < self.limit
-            || (at.t == self.limit
-                && rank(key.geometry, key.prim, instance) < rank(old.geometry, old.prim, old.instance))
+        yields(&self.hit, self.limit, at, key, instance)
     }
 
     #[inline(always)]
@@ -135,6 +133,14 @@ impl Closest {
         (self.first, self.limit) = (at.t, at.t);
         self.hit = at.hit(key, instance);
     }
+}
+
+/// Whether a hit comes before `old`, or before `limit` if there is none.
+#[inline(always)]
+fn yields(old: &Hit, limit: f32, at: &Meeting, key: Key, instance: u32) -> bool {
+    at.t < limit
+        || (at.t == limit
+            && rank(key.geometry, key.prim, instance) < rank(old.geometry, old.prim, old.instance))
 }
 
 /// Order among equal distances: place in the top-level list, then geometry, then primitive.
@@ -168,7 +174,7 @@ impl Query for Closest {
     #[inline(always)]
     fn visit<M: Machine>(&mut self, tree: &Tree, index: usize, ray: &PreparedRay, instance: u32) -> bool {
         let block = item(&tree.blocks, index);
-        let Some(span) = block.span::<M, false>(&ray.turned) else { return false };
+        let Some(span) = block.span::<M>(&ray.turned, self.limit) else { return false };
         let open = before(&span, self.limit, ray.turned.behind);
         if open == 0 {
             return false;
@@ -182,33 +188,6 @@ impl Query for Closest {
         }
         self.settle::<M>(tree, ray, instance);
         self.visit_exactly::<M>(tree, index, open, ray, instance)
-    }
-
-    #[inline(always)]
-    fn visit_evenly<M: Machine>(
-        &mut self,
-        tree: &Tree,
-        index: usize,
-        ray: &PreparedRay,
-        instance: u32,
-    ) -> bool {
-        let block = item(&tree.blocks, index);
-        let Some(span) = block.span::<M, true>(&ray.turned) else { return false };
-        let open = before(&span, self.limit, ray.turned.behind);
-        let inside = within(&span, ray, self.first);
-        let several = open & open.wrapping_sub(1);
-        let unsure = open & !(span.sure & inside);
-        if several | unsure != 0 {
-            self.settle::<M>(tree, ray, instance);
-            return self.visit_exactly::<M>(tree, index, open, ray, instance);
-        }
-        let (found, lane) = (open != 0, open.trailing_zeros() & 7);
-        let (from, to) = (span.from.lane(lane as usize), span.to.lane(lane as usize));
-        self.block = std::hint::select_unpredictable(found, index as u32, self.block);
-        self.lane = std::hint::select_unpredictable(found, lane, self.lane);
-        self.first = std::hint::select_unpredictable(found, from, self.first);
-        self.limit = std::hint::select_unpredictable(found, to, self.limit);
-        false
     }
 
     type Answer = Hit;
@@ -229,6 +208,83 @@ impl Query for Closest {
         if self.block != NONE {
             self.hit = self.answer::<M>(tree, ray, instance);
             (self.first, self.limit, self.block) = (self.hit.t, self.hit.t, NONE);
+        }
+    }
+}
+
+/// The closest hit, each computed at once to the last digit.
+#[derive(Clone, Copy)]
+pub(crate) struct Nearest {
+    /// Until there is one: a miss at the limit. While `geometry` is [`NONE`], `prim` is a number among all.
+    hit: Hit,
+    /// The last that was not nearer: hits are written in any case, without a branch.
+    farther: Hit,
+}
+
+impl Query for Nearest {
+    type Shared = ();
+    const NEAREST_FIRST: bool = true;
+
+    #[inline(always)]
+    fn new((): (), _index: usize, ray: &Ray) -> Self {
+        Self { hit: Hit { t: ray.t_max, ..Hit::MISS }, farther: Hit::MISS }
+    }
+
+    #[inline(always)]
+    fn limit(&self) -> f32 {
+        self.hit.t
+    }
+
+    #[inline(always)]
+    fn offer(&mut self, at: Meeting, key: Key, instance: u32) -> bool {
+        if yields(&self.hit, self.hit.t, &at, key, instance) {
+            self.hit = at.hit(key, instance);
+        }
+        false
+    }
+
+    #[inline(always)]
+    fn offer_evenly<M: Machine>(
+        &mut self,
+        tree: &Tree,
+        at: Meeting,
+        counts: bool,
+        number: u32,
+        instance: u32,
+    ) -> bool {
+        if counts & (at.t == self.hit.t) {
+            self.complete(tree);
+            return self.offer(at, Key::numbered(number, &tree.starts), instance);
+        }
+        let nearer = counts & (at.t < self.hit.t);
+        let to = std::hint::select_unpredictable(nearer, &mut self.hit, &mut self.farther);
+        M::put(at.hit(Key { geometry: NONE, prim: number }, instance), to);
+        false
+    }
+
+    type Answer = Hit;
+    const NOTHING: Hit = Hit::MISS;
+
+    #[inline(always)]
+    fn answer<M: Machine>(&self, tree: &Tree, _ray: &PreparedRay, _instance: u32) -> Hit {
+        let mut done = *self;
+        done.complete(tree);
+        if done.hit.is_hit() { done.hit } else { Hit::MISS }
+    }
+
+    #[inline(always)]
+    fn settle<M: Machine>(&mut self, tree: &Tree, _ray: &PreparedRay, _instance: u32) {
+        self.complete(tree);
+    }
+}
+
+impl Nearest {
+    /// Finds out geometry and primitive.
+    #[inline(always)]
+    fn complete(&mut self, tree: &Tree) {
+        if self.hit.geometry == NONE && self.hit.is_hit() {
+            let key = Key::numbered(self.hit.prim, &tree.starts);
+            (self.hit.geometry, self.hit.prim) = (key.geometry, key.prim);
         }
     }
 }
@@ -261,14 +317,17 @@ impl Query for Any {
     }
 
     #[inline(always)]
-    fn visit<M: Machine>(&mut self, tree: &Tree, index: usize, ray: &PreparedRay, instance: u32) -> bool {
-        let block = item(&tree.blocks, index);
-        let Some(span) = block.span::<M, false>(&ray.turned) else { return false };
-        if span.sure & within(&span, ray, self.t_max) != 0 {
-            self.found = true;
-            return true;
-        }
-        self.visit_exactly::<M>(tree, index, before(&span, self.t_max, ray.turned.behind), ray, instance)
+    fn offer_evenly<M: Machine>(
+        &mut self,
+        _tree: &Tree,
+        _at: Meeting,
+        counts: bool,
+        _number: u32,
+        _instance: u32,
+    ) -> bool {
+        let first = counts & !self.found;
+        self.found |= counts;
+        first
     }
 
     type Answer = bool;

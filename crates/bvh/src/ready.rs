@@ -2,7 +2,7 @@
 
 use crate::Ray;
 use crate::bvh::Tree;
-use crate::kernel::{READY_WORDS, ROW, numbers_of, words_of};
+use crate::kernel::{READY_WORDS, ROW, numbers_of, words_of_mut};
 use crate::lanes::{Eight, Machine};
 use crate::node::{BESIDE, ORIGIN_ROUNDINGS, PARALLEL, STRETCH, UNDERFLOW};
 use crate::prepared::{NEGLIGIBLE, NORMAL, ORDINARY, TAME};
@@ -77,7 +77,7 @@ pub(crate) fn eight<M: Machine>(rays: &[Ray; 8], tree: &Tree, to: &mut [ReadyRay
     let [kx, ky, kz] = sizes.turn([zero, word::<M>(ROW), word::<M>(2 * ROW)]);
     let columns = [
         [x.inverse, y.inverse, z.inverse, x.near, y.near, z.near, x.far, y.far],
-        [z.far, t_min.minus(tiny), one, octant, t_max.plus(slack), zero, zero, zero],
+        [z.far, t_min.minus(tiny), one, octant, x.stretched, y.stretched, z.stretched, t_max.plus(slack)],
         [tx, ty, tz, a.over(pace), b.over(pace), pace, one.over(pace), normal.if_below(t_min, t_min, normal)],
         [zero, kx, ky, kz, t_min, t_max, one, far],
         [ox, oy, oz, zero, x.dir, y.dir, z.dir, zero],
@@ -97,7 +97,7 @@ fn write<M: Machine>(columns: [M::Eight; 8], at: usize, to: &mut [ReadyRay; 8]) 
     let rows = M::Eight::transposed(columns);
     let mut i = 0;
     while i < 8 {
-        let words = words_of(&mut to[i]);
+        let words = words_of_mut(&mut to[i]);
         if let Some(words) = words[at..].first_chunk_mut() {
             rows[i].store(words);
         }
@@ -118,6 +118,7 @@ struct Axis<M: Machine> {
     inverse: M::Eight,
     near: M::Eight,
     far: M::Eight,
+    stretched: M::Eight,
 }
 
 impl<M: Machine> Axis<M> {
@@ -142,7 +143,8 @@ impl<M: Machine> Axis<M> {
             dir: size.if_below(least, M::Eight::splat(0.0), dir),
             inverse,
             near: at.plus(allowance),
-            far: at.minus(allowance),
+            far: at.minus(allowance).times(M::Eight::splat(STRETCH)),
+            stretched: inverse.times(M::Eight::splat(STRETCH)),
         }
     }
 

@@ -5,12 +5,12 @@
 //! ([`flight`]).
 
 use crate::bvh::Tree;
-use crate::kernel::{eight, eight_written, item, item_mut, written};
+use crate::kernel::{eight, eight_written, item, item_mut, words_of, words_of_mut, written};
 use crate::lanes::{Baseline, Eight, Machine};
 use crate::node::{BoxRay, ChildRef, Kind, Node};
-use crate::prepared::{PreparedRay, packed};
+use crate::prepared::{PreparedRay, TurnedRay, packed};
 use crate::primitive::{Key, Meeting, TriangleBlock, UserRecord};
-use crate::query::{Any, AnyWhere, Closest, ClosestWhere, Filtered, Query};
+use crate::query::{Any, AnyWhere, Closest, ClosestWhere, Filtered, Nearest, Query};
 use crate::{Bvh, Filter, Hit, Ray, few, flight};
 use penombre_math::Vec3A;
 use std::hint::select_unpredictable;
@@ -28,7 +28,7 @@ pub(crate) struct Stack<'a> {
 impl Stack<'_> {
     /// Puts one entry behind `len` others that is within any limit.
     #[inline(always)]
-    fn lay(&mut self, len: usize, child: ChildRef) {
+    pub(crate) fn lay(&mut self, len: usize, child: ChildRef) {
         eight(self.refs, len)[0].write(child.0);
         eight(self.entries, len)[0].write(f32::NEG_INFINITY);
     }
@@ -38,14 +38,14 @@ impl Stack<'_> {
 
     /// Puts them there, where they stay.
     #[inline(always)]
-    pub(crate) fn lay_ends(&mut self) {
-        *eight(self.refs, 0) = [MaybeUninit::new(ChildRef::RETURN.0); Self::ENDS];
-        *eight(self.entries, 0) = [MaybeUninit::new(f32::NEG_INFINITY); Self::ENDS];
+    pub(crate) fn lay_ends(&mut self, bottom: usize) {
+        *eight(self.refs, bottom) = [MaybeUninit::new(ChildRef::RETURN.0); Self::ENDS];
+        *eight(self.entries, bottom) = [MaybeUninit::new(f32::NEG_INFINITY); Self::ENDS];
     }
 
     /// [`Stack::pop`] without branches, but for rare cases.
     #[inline(always)]
-    fn pop_evenly<M: Machine, Q: Query>(&self, len: &mut usize, limit: f32) -> ChildRef {
+    pub(crate) fn pop_evenly<M: Machine, Q: Query>(&self, len: &mut usize, limit: f32) -> ChildRef {
         if Q::NEAREST_FIRST {
             let limits = M::Eight::splat(limit);
             let mut end = *len;
@@ -118,14 +118,13 @@ pub(crate) struct ReadyRay {
     boxes: BoxRay,
     /// How far to look, in the units of `boxes`.
     limit: f32,
-    _filler: [f32; 3],
     ray: PreparedRay,
 }
 
 impl ReadyRay {
     /// Looks at nothing.
     pub(crate) const EMPTY: Self =
-        Self { boxes: BoxRay::EMPTY, limit: f32::NEG_INFINITY, _filler: [0.0; 3], ray: PreparedRay::EMPTY };
+        Self { boxes: BoxRay::EMPTY, limit: f32::NEG_INFINITY, ray: PreparedRay::EMPTY };
 
     #[inline(always)]
     pub(crate) fn new(ray: PreparedRay, tree: &Tree, limit: f32) -> Self {
@@ -136,17 +135,18 @@ impl ReadyRay {
     #[inline(always)]
     fn from_raw(ray: PreparedRay, tree: &Tree, limit: f32, raw: Vec3A) -> Self {
         let boxes = BoxRay::new(&ray, tree.aside, raw);
-        Self { boxes, limit: boxes.limit(limit), _filler: [0.0; 3], ray }
+        Self { boxes, limit: boxes.limit(limit), ray }
     }
 }
 
-/// A ray on its way.
+/// A ray on its way. What waits for it lies on a stack beside it.
 #[repr(C, align(64))]
 pub(crate) struct Walker<'a> {
     ready: ReadyRay,
-    place: Place,
+    /// Those of `tree`: one step nearer.
+    nodes: &'a [Node],
+    blocks: &'a [TriangleBlock],
     tree: &'a Tree,
-    stack: Stack<'a>,
     instance: u32,
     /// While in an instance: where it came from.
     outer: Option<(&'a Tree, PreparedRay)>,
@@ -154,31 +154,28 @@ pub(crate) struct Walker<'a> {
 
 impl<'a> Walker<'a> {
     #[inline(always)]
-    pub(crate) fn new(tree: &'a Tree, ready: ReadyRay, stack: Stack<'a>) -> Self {
-        let place = Place { current: ChildRef::ROOT, len: 1 };
-        Self { tree, ready, place, instance: Hit::NO_INSTANCE, stack, outer: None }
+    pub(crate) fn new(tree: &'a Tree, ready: ReadyRay) -> Self {
+        let (nodes, blocks) = (&*tree.nodes, &*tree.blocks);
+        Self { tree, nodes, blocks, ready, instance: Hit::NO_INSTANCE, outer: None }
     }
 
-    /// Begins with another ray: the root waits above the ends on the stack. (Visited at once, it would be read before what
-    /// was just written is there: measured, 3 to 7 % slower.)
+    /// Begins with another ray.
     #[inline(always)]
-    pub(crate) fn restart(&mut self, tree: &'a Tree, ready: &ReadyRay) {
-        (self.tree, self.ready) = (tree, *ready);
+    pub(crate) fn restart<M: Machine>(&mut self, tree: &'a Tree, ready: &ReadyRay) {
+        copy::<M>(ready, &mut self.ready);
+        self.go_to(tree);
         (self.instance, self.outer) = (Hit::NO_INSTANCE, None);
-        self.stack.lay(Stack::ENDS, ChildRef::ROOT);
-        self.place.len = Stack::ENDS + 1;
     }
 
-    /// Takes what is to be visited next.
     #[inline(always)]
-    pub(crate) fn next_evenly<M: Machine, Q: Query>(&mut self) -> ChildRef {
-        self.stack.pop_evenly::<M, Q>(&mut self.place.len, self.ready.limit)
+    fn go_to(&mut self, tree: &'a Tree) {
+        (self.tree, self.nodes, self.blocks) = (tree, &tree.nodes, &tree.blocks);
     }
 
-    /// Goes to what is to be visited next.
+    /// Boxes entered beyond this are of no interest, in the units of boxes.
     #[inline(always)]
-    fn advance<Q: Query>(&mut self) {
-        self.place.current = self.stack.pop::<Q>(&mut self.place.len, self.ready.limit);
+    pub(crate) fn limit(&self) -> f32 {
+        self.ready.limit
     }
 
     /// Nothing is left to visit.
@@ -189,25 +186,49 @@ impl<'a> Walker<'a> {
 
     /// Visits a node, the same way for any number of children.
     #[inline(always)]
-    pub(crate) fn visit_node<M: Machine, Q: Query>(&mut self, node: ChildRef) {
-        let node = item(&self.tree.nodes, node.index());
+    pub(crate) fn visit_node<M: Machine, Q: Query>(
+        &self,
+        node: ChildRef,
+        stack: &mut Stack<'_>,
+        len: &mut usize,
+    ) {
+        let node = item(self.nodes, node.index());
         let (enter, leave) = node.cross::<M>(&self.ready.boxes.spread::<M>(), self.ready.limit);
-        self.place.len +=
-            self.stack.push::<M, Q>(self.place.len, node, self.ready.boxes.octant, enter, leave);
+        *len += stack.push::<M, Q>(*len, node, self.ready.boxes.octant, enter, leave);
     }
 
-    /// Visits triangles; true if the query is content.
+    /// A leaf of triangles, and the ray as these want it.
     #[inline(always)]
-    pub(crate) fn visit_triangles<M: Machine, Q: Query>(&mut self, leaf: ChildRef, query: &mut Q) -> bool {
-        let index = leaf.index();
-        let content = query.visit_evenly::<M>(self.tree, index, &self.ready.ray, self.instance);
-        self.ready.limit = self.ready.boxes.limit(query.limit());
+    pub(crate) fn block(&self, leaf: ChildRef) -> (&TriangleBlock, &TurnedRay) {
+        (item(self.blocks, leaf.index()), &self.ready.ray.turned)
+    }
+
+    /// Meets a triangle; true if the query is content.
+    #[inline(always)]
+    pub(crate) fn meet_triangle<M: Machine, Q: Query>(
+        &mut self,
+        leaf: ChildRef,
+        lane: usize,
+        query: &mut Q,
+    ) -> bool {
+        let block = item(self.blocks, leaf.index());
+        let (meeting, met) = block.meet_evenly::<M>(lane, &self.ready.ray);
+        let content = query.offer_evenly::<M>(self.tree, meeting, met, block.number(lane), self.instance);
+        if Q::NEAREST_FIRST {
+            self.ready.limit = self.ready.boxes.limit(query.limit());
+        }
         content
     }
 
     /// Visits what is neither node nor triangles nor the end; true if the query is content.
     #[inline(never)]
-    pub(crate) fn visit_other<Q: Query>(&mut self, leaf: ChildRef, query: &mut Q) -> bool {
+    pub(crate) fn visit_other<Q: Query>(
+        &mut self,
+        leaf: ChildRef,
+        query: &mut Q,
+        stack: &mut Stack<'_>,
+        len: &mut usize,
+    ) -> bool {
         let (tree, index) = (self.tree, leaf.index());
         let over = match leaf.kind() {
             Kind::Sphere => {
@@ -226,7 +247,7 @@ impl<'a> Walker<'a> {
                 self.offer(query, disk.meet(&self.ready.ray.line()).single(), disk.key)
             }
             Kind::Instance => {
-                self.enter(query, index);
+                self.enter(query, index, stack, len);
                 false
             }
             Kind::User => self.visit_user(item(&tree.users, index), query),
@@ -279,18 +300,19 @@ impl<'a> Walker<'a> {
     }
 
     /// Goes into an instance, if the ray can be followed there: its root waits next, and below it the way back.
-    fn enter<Q: Query>(&mut self, query: &mut Q, index: usize) {
+    fn enter<Q: Query>(&mut self, query: &mut Q, index: usize, stack: &mut Stack<'_>, len: &mut usize) {
         self.settle::<Baseline, Q>(query);
         let record = item(&self.tree.instances, index);
         let Some(local) = record.local_ray(&self.ready.ray) else { return };
         let inner = &record.bvh.tree;
         for child in [ChildRef::RETURN, ChildRef::ROOT] {
-            self.stack.lay(self.place.len, child);
-            self.place.len += 1;
+            stack.lay(*len, child);
+            *len += 1;
         }
         self.outer = Some((self.tree, self.ready.ray));
         self.ready = ReadyRay::new(local, inner, query.limit());
-        (self.tree, self.instance) = (inner, record.index);
+        self.go_to(inner);
+        self.instance = record.index;
     }
 
     /// Comes back from an instance.
@@ -298,20 +320,32 @@ impl<'a> Walker<'a> {
         self.settle::<Baseline, Q>(query);
         let Some((tree, ray)) = self.outer.take() else { return };
         self.ready = ReadyRay::new(ray, tree, query.limit());
-        (self.tree, self.instance) = (tree, Hit::NO_INSTANCE);
+        self.go_to(tree);
+        self.instance = Hit::NO_INSTANCE;
     }
 
     /// Says what will be read.
     #[inline(always)]
     pub(crate) fn prefetch<M: Machine>(&self, next: ChildRef) {
-        prefetch::<M>(self.tree, next);
+        prefetch::<M>(self.nodes, self.blocks, next);
+    }
+}
+
+/// Copies a ray in the pieces in which [`crate::ready::eight`] writes it: larger ones could not be read until all is in
+/// the cache.
+#[inline(always)]
+fn copy<M: Machine>(from: &ReadyRay, to: &mut ReadyRay) {
+    let (from, to) = (words_of(from).as_chunks().0, words_of_mut(to).as_chunks_mut().0);
+    let mut i = 0;
+    while i < from.len() {
+        M::Eight::load(&from[i]).store(&mut to[i]);
+        i += 1;
     }
 }
 
 /// Says what will be read. Without branches, for nobody can foretell whether it is a node.
 #[inline(always)]
-fn prefetch<M: Machine>(tree: &Tree, next: ChildRef) {
-    let Tree { nodes, blocks, .. } = tree;
+fn prefetch<M: Machine>(nodes: &[Node], blocks: &[TriangleBlock], next: ChildRef) {
     let (node, at) = (next.is_node(), next.index());
     let start = select_unpredictable(node, nodes.as_ptr().addr(), blocks.as_ptr().addr());
     let size = select_unpredictable(node, size_of::<Node>(), size_of::<TriangleBlock>());
@@ -326,7 +360,7 @@ pub(crate) fn closest<M: Machine>(bvh: &Bvh, rays: &[Ray], hits: &mut [Hit]) {
         few::closest::<1, f64>(&bvh.tree, &rays[done..], &mut hits[done..]);
         return;
     }
-    flight::fly::<M, Closest>(&bvh.tree, rays, (), |i, hit| M::put(hit, item_mut(hits, i)));
+    flight::fly::<M, Nearest>(&bvh.tree, rays, (), |i, hit| M::put(hit, item_mut(hits, i)));
 }
 
 /// Whether each ray hits anything.
@@ -408,13 +442,13 @@ fn walk<M: Machine, Q: Query>(tree: &Tree, ray: &Ray, shared: Q::Shared) -> Q::A
         return query.answer::<M>(tree, &ready.ray, Hit::NO_INSTANCE);
     }
     // Only now the ray needs memory.
-    let mut walker = Walker { place, ..Walker::new(tree, ready, stack) };
+    let mut walker = Walker::new(tree, ready);
     let mut late = query;
-    while !walker.visit_other(walker.place.current, &mut late) {
-        walker.advance::<Q>();
-        let Walker { tree, ready, instance, ref mut stack, ref mut place, .. } = walker;
-        if descend::<M, Q>(tree, &ready, instance, stack, place, &mut late)
-            || walker.ends_at(walker.place.current)
+    while !walker.visit_other(place.current, &mut late, &mut stack, &mut place.len) {
+        place.current = stack.pop::<Q>(&mut place.len, walker.ready.limit);
+        let Walker { tree, ready, instance, .. } = walker;
+        if descend::<M, Q>(tree, &ready, instance, &mut stack, &mut place, &mut late)
+            || walker.ends_at(place.current)
         {
             break;
         }
@@ -436,7 +470,7 @@ fn descend<M: Machine, Q: Query>(
     let (Place { mut current, mut len }, mut asked) = (*place, *query);
     let ReadyRay { boxes, ray, mut limit, .. } = *ready;
     let spread = boxes.spread::<M>();
-    let (nodes, large) = (&tree.nodes[..], tree.large);
+    let (nodes, blocks, large) = (&tree.nodes[..], &tree.blocks[..], tree.large);
     let content = loop {
         while current.is_node() {
             let node = item(nodes, current.index());
@@ -450,7 +484,7 @@ fn descend<M: Machine, Q: Query>(
                 current = if Q::NEAREST_FIRST { last() } else { node.child(mask.ilog2()) };
                 if large {
                     // What comes after the subtree now entered.
-                    prefetch::<M>(tree, ChildRef(written(stack.refs, len - 1)));
+                    prefetch::<M>(nodes, blocks, ChildRef(written(stack.refs, len - 1)));
                 }
             } else if mask != 0 {
                 current = node.child(mask.trailing_zeros());
@@ -462,7 +496,7 @@ fn descend<M: Machine, Q: Query>(
             break false;
         }
         if large {
-            prefetch::<M>(tree, ChildRef(written(stack.refs, len - 1)));
+            prefetch::<M>(nodes, blocks, ChildRef(written(stack.refs, len - 1)));
         }
         if asked.visit::<M>(tree, current.index(), &ray, instance) {
             break true;

@@ -22,6 +22,7 @@ mod view;
 
 use args::{Cli, Command};
 use clap::Parser;
+use penombre::InstructionSet;
 use std::process::ExitCode;
 
 /// How a command ended.
@@ -57,6 +58,13 @@ fn main() -> ExitCode {
         Err(error) => return planned::answer(&error),
     };
     report::set_panic_message();
+    if let Err(unknown) = InstructionSet::from_environment() {
+        report::error(
+            &format!("{}: {unknown}", InstructionSet::VARIABLE),
+            "unset it to use all that the processor has",
+        );
+        return ExitCode::from(Exit::Usage.code());
+    }
     // A last net: no input should get here, and if one does it is a fault of ours, said shortly.
     let ended = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| match &cli.command {
         Command::Render(args) => render::run(args, &cli.verbosity),

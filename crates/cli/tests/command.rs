@@ -122,6 +122,36 @@ fn threads_tiles_and_outputs_change_no_bit_and_seeds_do() {
 }
 
 #[test]
+fn instruction_sets_change_no_bit() {
+    let folder = Folder::new();
+    let render = |scene: &str, phase: &str, set: &str| {
+        let mut command = folder.command(&small(&["render", scene, "--phase", phase], &["--json"]));
+        let output = command.env("PENOMBRE_INSTRUCTIONS", set).output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+        let line: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        line["digest"].as_str().unwrap().to_owned()
+    };
+    // A waved sheet: enough triangles for nodes and leaves.
+    let vertex = |i: u32| format!("v {} {} {}\n", i % 40, f64::from(i % 40 * (i / 40)).sin() * 2.0, i / 40);
+    let face = |i: u32| format!("f {} {} {} {}\n", i + 1, i + 2, i + 42, i + 41);
+    let faces = (0..39 * 40).filter(|i| i % 40 < 39).map(face);
+    folder.write("waves.obj", &(0..1600).map(vertex).chain(faces).collect::<String>());
+    for scene in ["sphere", "square", "cornell", "sphere-as-given", "cornell-as-given", "waves.obj"] {
+        for phase in ["2", "4"] {
+            let expected = render(scene, phase, "portable");
+            // A set that the processor does not have is not used.
+            for set in ["avx2", "avx512"] {
+                assert_eq!(render(scene, phase, set), expected, "{scene}, phase {phase}, {set}");
+            }
+        }
+    }
+    let unknown =
+        folder.command(&["render", "sphere"]).env("PENOMBRE_INSTRUCTIONS", "sse9").output().unwrap();
+    assert_eq!(unknown.status.code(), Some(2));
+    assert!(text(&unknown.stderr).contains("`sse9` is no set of instructions"), "{}", text(&unknown.stderr));
+}
+
+#[test]
 fn standard_output_takes_a_whole_png_and_nothing_else() {
     let folder = Folder::new();
     let output = folder.run(&small(&["render", "square"], &["-o", "-", "--json"]));

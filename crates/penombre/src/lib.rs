@@ -35,6 +35,7 @@ pub mod render;
 #[cfg(test)]
 mod testing;
 
+pub use penombre_bvh::InstructionSet;
 pub use registry::TypeInfo;
 pub use render::{Event, Job, Observer, Outcome, Plan, Render, UnitResult, WorkUnit};
 pub use scene::Scene;

@@ -1,5 +1,8 @@
 //! Code compiled for wider vectors, chosen at run time.
 
+#[cfg(target_arch = "x86_64")]
+use std::sync::LazyLock;
+
 /// A piece of work that gains from wider vectors: plain loops over arrays.
 ///
 /// Mark `run` and all that it calls `#[inline(always)]`, so that it is compiled anew for each instruction set.
@@ -12,16 +15,25 @@ pub trait Vectorizable {
     fn run(self) -> Self::Output;
 }
 
-/// Does the work with AVX2 if the processor has it, else with the baseline instruction set. Costs a few
-/// nanoseconds: call it for pieces of work that take much longer.
+/// Does the work with AVX2 if the processor has it, else with the baseline instruction set, and always with that if the
+/// environment variable `PENOMBRE_INSTRUCTIONS` is `portable`. Costs a few nanoseconds: call it for pieces of work
+/// that take much longer.
 #[inline]
 pub fn vectorize<V: Vectorizable>(work: V) -> V::Output {
     #[cfg(target_arch = "x86_64")]
-    if std::is_x86_feature_detected!("avx2") {
+    if std::is_x86_feature_detected!("avx2") && !is_limited() {
         // SAFETY: the processor has just been found to have AVX2.
         return unsafe { with_avx2(work) };
     }
     work.run()
+}
+
+/// Whether the environment asks for the baseline instruction set.
+#[cfg(target_arch = "x86_64")]
+fn is_limited() -> bool {
+    static LIMITED: LazyLock<bool> =
+        LazyLock::new(|| std::env::var_os("PENOMBRE_INSTRUCTIONS").is_some_and(|set| set == "portable"));
+    *LIMITED
 }
 
 #[cfg(target_arch = "x86_64")]

@@ -18,6 +18,8 @@
 //!
 //! The same program also asks who is right where the two differ ([`agree`]), and how cost grows with size ([`scale`]).
 //!
+//! `PENOMBRE_INSTRUCTIONS=avx2` (or `portable`) measures our kernels without the wider instructions.
+//!
 //! `--json` puts one object a line on standard output, one for each mesh and ray kind (Mrays/s, one thread) and one
 //! for each mesh (seconds, bytes); everything else goes to standard error then.
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a bench talks to a person")]

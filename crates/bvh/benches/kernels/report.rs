@@ -2,6 +2,7 @@
 
 use crate::measure::{BuildFigures, Peer, Rates};
 use crate::rays::Kind;
+use penombre_bvh::InstructionSet;
 
 /// The ratios of speeds that are printed: ours over Embree's.
 pub const RATIOS: [&str; 4] = ["one/robust", "one/best one", "batch/best one", "batch/best 16"];
@@ -33,7 +34,8 @@ impl Report {
             |v| format!("Embree {v}"),
         );
         self.say(&format!(
-            "ray kernels: Mrays/s on one thread, wall time of builds with up to two threads; {peer}"
+            "ray kernels: Mrays/s on one thread with {}, wall time of builds with up to two threads; {peer}",
+            InstructionSet::best()
         ));
     }
 

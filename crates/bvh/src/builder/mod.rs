@@ -22,7 +22,7 @@ use binary::Rules;
 use box4::Reference as _;
 use reinsert::Effort;
 
-use crate::{Geometry, bvh::Tree, node::ChildRef, primitive::BLOCK};
+use crate::{Geometry, InstructionSet, bvh::Tree, node::ChildRef, primitive::BLOCK};
 
 /// How much time may go into a tree.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -46,11 +46,14 @@ pub struct BuildOptions {
     pub bins: usize,
     /// Triangles per leaf at most, 1 to 8. Default 8, which fills the vector units.
     pub max_leaf: usize,
+    /// Instructions to follow rays with, at most: what the processor does not have is not used. Default
+    /// [`InstructionSet::best`].
+    pub instructions: InstructionSet,
 }
 
 impl Default for BuildOptions {
     fn default() -> Self {
-        Self { quality: Quality::default(), bins: 32, max_leaf: 8 }
+        Self { quality: Quality::default(), bins: 32, max_leaf: 8, instructions: InstructionSet::best() }
     }
 }
 

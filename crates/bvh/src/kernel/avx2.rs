@@ -2,6 +2,7 @@
 
 use crate::Hit;
 use crate::lanes::{Eight, Lanes, Machine, Turn};
+use crate::node::{ChildRef, Kind};
 use std::arch::x86_64::*;
 use std::mem::MaybeUninit;
 use std::ops::{Add, Div, Mul, Neg, Sub};
@@ -45,6 +46,11 @@ impl Machine for Avx2 {
     }
 
     #[inline(always)]
+    fn kinds(refs: &[u32; 8]) -> [u32; 3] {
+        kinds(refs)
+    }
+
+    #[inline(always)]
     fn prefetch(address: usize) {
         prefetch(address);
     }
@@ -71,6 +77,22 @@ pub(super) fn ordered(
         let order = _mm256_srlv_epi32(_mm256_set1_epi32(order as i32), places);
         let words = _mm256_permutevar8x32_epi32(_mm256_loadu_si256(words.as_ptr().cast()), order);
         (words, _mm256_permutevar8x32_ps(numbers.0, order), _mm256_permutevar8x32_ps(limits.0, order))
+    }
+}
+
+/// Which references lead to nodes, to triangles, and to the end.
+#[inline(always)]
+pub(super) fn kinds(refs: &[u32; 8]) -> [u32; 3] {
+    const { assert!(Kind::Node as u32 == 0) }
+    // SAFETY: only code that was found to run with AVX2 gets here; the pointer is that of eight words, alignment is not
+    // asked for.
+    unsafe {
+        let refs = _mm256_loadu_si256(refs.as_ptr().cast());
+        let kind = _mm256_srli_epi32::<{ ChildRef::INDEX_BITS as i32 }>(refs);
+        let nodes = _mm256_cmpeq_epi32(kind, _mm256_setzero_si256());
+        let triangles = _mm256_cmpeq_epi32(kind, _mm256_set1_epi32(Kind::Triangles as i32));
+        let ends = _mm256_cmpeq_epi32(refs, _mm256_set1_epi32(ChildRef::RETURN.0 as i32));
+        [nodes, triangles, ends].map(|lanes| _mm256_movemask_ps(_mm256_castsi256_ps(lanes)) as u32)
     }
 }
 

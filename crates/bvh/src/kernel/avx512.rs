@@ -1,9 +1,12 @@
 //! The same vectors with the masks and compressions of AVX-512VL.
 
-use super::avx2::{Packed, PackedEight, ordered, prefetch, put};
+use super::avx2::{Packed, PackedEight, kinds, ordered, prefetch, put};
+use super::sixteen;
 use super::wide::Wide;
 use crate::bvh::Tree;
 use crate::lanes::Machine;
+use crate::prepared::TurnedRay;
+use crate::primitive::TriangleBlock;
 use crate::{Hit, Ray, few};
 use std::arch::x86_64::*;
 use std::mem::MaybeUninit;
@@ -44,6 +47,18 @@ impl Machine for Avx512 {
             let packed = _mm256_maskz_compress_epi32(mask as u8, words);
             _mm256_storeu_si256(to.as_mut_ptr().cast(), packed);
         }
+    }
+
+    #[inline(always)]
+    fn kinds(refs: &[u32; 8]) -> [u32; 3] {
+        kinds(refs)
+    }
+
+    #[inline(always)]
+    fn met_by_two(blocks: [&TriangleBlock; 2], rays: [&TurnedRay; 2], limits: [f32; 2]) -> [u32; 2] {
+        // SAFETY: as for `arrange`.
+        let met = unsafe { sixteen::met(blocks, rays, limits) };
+        [met & 0xff, met >> 8]
     }
 
     #[inline(always)]

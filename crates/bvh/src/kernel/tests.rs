@@ -3,9 +3,14 @@
 use super::avx2::{Avx2, Packed, PackedEight};
 use super::avx512::Avx512;
 use super::wide::Wide;
-use super::{has_avx2, has_avx512, written};
+use super::written;
+use crate::InstructionSet;
 use crate::lanes::{Baseline, Eight, Lanes, Machine, Plain, PlainEight};
 use std::mem::MaybeUninit;
+
+fn has(set: InstructionSet) -> bool {
+    InstructionSet::available().contains(&set)
+}
 
 const NUMBERS: [f64; 12] = [
     0.0,
@@ -71,11 +76,11 @@ fn lanes_in_double_precision_compute_what_plain_code_does() {
         let plain: Vec<Vec<u64>> = each.flatten().collect();
         let (a4, b4) = (std::array::from_fn(|lane| a[lane]), std::array::from_fn(|lane| b[lane]));
         assert_eq!(all::<4, Plain>(a4, b4), plain[..4], "{a:?} {b:?}");
-        if has_avx2() {
+        if has(InstructionSet::Avx2) {
             // SAFETY: the processor was found to have AVX2.
             assert_eq!(unsafe { packed(a4, b4) }, plain[..4], "{a:?} {b:?}");
         }
-        if has_avx2() && has_avx512() {
+        if has(InstructionSet::Avx512) {
             // SAFETY: the processor was found to have AVX-512.
             assert_eq!(unsafe { wide(a, b) }, plain, "{a:?} {b:?}");
         }
@@ -130,7 +135,7 @@ fn about(a: [f32; 8], b: [f32; 8], c: [f32; 8]) -> [f32; 8] {
 
 #[test]
 fn eight_lanes_compute_what_plain_code_does() {
-    if !has_avx2() {
+    if !has(InstructionSet::Avx2) {
         eprintln!("NOT RUN: this processor has no AVX2");
         return;
     }
@@ -192,11 +197,11 @@ fn children_are_arranged_alike() {
             let expected = arranged::<Baseline>(mask, word);
             let lanes = order.iter().filter(|lane| mask >> **lane & 1 == 1);
             assert_eq!(expected.0, lanes.map(|lane| 100 + *lane as u32).collect::<Vec<_>>());
-            if has_avx2() {
+            if has(InstructionSet::Avx2) {
                 // SAFETY: the processor was found to have AVX2.
                 assert_eq!(unsafe { arranged_avx2(mask, word) }, expected, "{mask:08b}");
             }
-            if has_avx2() && has_avx512() {
+            if has(InstructionSet::Avx512) {
                 // SAFETY: the processor was found to have AVX-512VL.
                 assert_eq!(unsafe { arranged_avx512(mask, word) }, expected, "{mask:08b}");
             }

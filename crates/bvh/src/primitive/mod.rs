@@ -11,7 +11,7 @@ pub(crate) use disk::DiskRecord;
 pub(crate) use instance::InstanceRecord;
 pub(crate) use quad::QuadRecord;
 pub(crate) use sphere::SphereRecord;
-pub(crate) use triangle::{BLOCK, Span, TriangleBlock, has_area};
+pub(crate) use triangle::{BLOCK, Span, TriangleBlock, has_area, range_end};
 pub(crate) use user::UserRecord;
 
 use crate::Hit;

@@ -58,6 +58,20 @@ impl TriangleBlock {
         *item(&self.numbers, lane)
     }
 
+    /// A corner of all triangles, by axes.
+    #[cfg(target_arch = "x86_64")]
+    #[inline(always)]
+    pub(crate) fn corner(&self, corner: usize) -> &[Lanes; 3] {
+        &self.vertices[corner]
+    }
+
+    /// All numbers as bits of `f32`.
+    #[cfg(target_arch = "x86_64")]
+    #[inline(always)]
+    pub(crate) fn numbers(&self) -> &[u32; BLOCK] {
+        &self.numbers
+    }
+
     /// How many triangles there are.
     pub(crate) fn len(&self) -> usize {
         self.numbers.iter().position(|&number| number == UNUSED).unwrap_or(BLOCK)
@@ -74,25 +88,42 @@ impl TriangleBlock {
         [x.minus(M::Eight::splat(ray.shear[0]).times(z)), y.minus(M::Eight::splat(ray.shear[1]).times(z)), z]
     }
 
-    /// What single precision tells about hits; `None` if there are none for sure and one is not to go on `ANYWAY`.
+    /// What decides which triangles are met.
     #[inline(always)]
-    pub(crate) fn span<M: Machine, const ANYWAY: bool>(&self, ray: &TurnedRay) -> Option<Span<M>> {
-        let [ax, ay, az] = self.sheared::<M>(0, ray);
-        let [bx, by, bz] = self.sheared::<M>(1, ray);
-        let [cx, cy, cz] = self.sheared::<M>(2, ray);
+    fn sides<M: Machine>(&self, ray: &TurnedRay) -> Sides<M> {
+        let corners = [self.sheared::<M>(0, ray), self.sheared::<M>(1, ray), self.sheared::<M>(2, ray)];
+        let [[ax, ay, _], [bx, by, _], [cx, cy, _]] = corners;
         let u = cx.times(by).minus(cy.times(bx));
         let v = ax.times(cy).minus(ay.times(cx));
         let w = bx.times(ay).minus(by.times(ax));
         // Both are true signs if they are numbers and not 0; NaN leaves the triangle open.
         let (least, most) = (w.smaller(u.smaller(v)), w.larger(u.larger(v)));
         let met = !least.around_zero_or(most, M::Eight::load_bits(&self.numbers)) & 0xff;
-        if !ANYWAY && met == 0 {
+        Sides { corners, edges: [u, v, w], least, most, met }
+    }
+
+    /// The triangles that a ray may meet before `limit`, as bits: those that its line meets (and where an edge is met to
+    /// the last digit or a number out of range, those that it may), but for those all of whose corners lie beyond
+    /// the limit or behind the origin.
+    #[inline(always)]
+    pub(crate) fn met_before<M: Machine>(&self, ray: &TurnedRay, limit: f32) -> u32 {
+        let sides = self.sides::<M>(ray);
+        sides.met & sides.range(ray).reaches(ray, limit)
+    }
+
+    /// What single precision tells about hits before `limit`; `None` if there are none for sure.
+    #[inline(always)]
+    pub(crate) fn span<M: Machine>(&self, ray: &TurnedRay, limit: f32) -> Option<Span<M>> {
+        let sides = self.sides::<M>(ray);
+        let range = sides.range(ray);
+        let met = sides.met & range.reaches(ray, limit);
+        if met == 0 {
             return None;
         }
+        let Sides { corners: [[ax, ay, _], [bx, by, _], [cx, cy, _]], edges: [u, v, w], least, most, .. } =
+            sides;
         // The hit is the mean of the corners with the edge functions as weights.
-        let pace = M::Eight::splat(ray.inverse_pace);
-        let (a, b, c) = (az.times(pace), bz.times(pace), cz.times(pace));
-        let (near, far) = (c.smaller(a.smaller(b)), c.larger(a.larger(b)));
+        let Range { corners: [a, b, c], near, far } = range;
         let determinant = u.plus(v).plus(w);
         let inverse = determinant.abs().if_below(
             M::Eight::splat(TINY),
@@ -135,16 +166,21 @@ impl TriangleBlock {
     /// The exact test of one triangle.
     #[inline(always)]
     pub(crate) fn meet<M: Machine>(&self, lane: usize, ray: &PreparedRay) -> Option<Meeting> {
+        let (meeting, met) = self.meet_evenly::<M>(lane, ray);
+        met.then_some(meeting)
+    }
+
+    /// The same without branches: the hit, and whether there is one.
+    #[inline(always)]
+    pub(crate) fn meet_evenly<M: Machine>(&self, lane: usize, ray: &PreparedRay) -> (Meeting, bool) {
         let (edges, z) = self.edges::<M>(lane, &ray.turned);
         let none = M::Four::splat(0.0);
         let determinant = sum(edges.store());
         // All zero: edge-on, left to the neighbours. NaN: coordinates beyond the range of f32.
         let apart = (edges.below(none) & 7 != 0) & (none.below(edges) & 7 != 0);
-        if apart | (determinant == 0.0) | determinant.is_nan() {
-            return None;
-        }
+        let flat = (determinant == 0.0) | determinant.is_nan();
         let meeting = weighted::<M>(edges, z, determinant, &ray.turned);
-        (meeting.t > ray.t_min && meeting.t < ray.t_max).then_some(meeting)
+        (meeting, !(apart | flat) & (meeting.t > ray.t_min) & (meeting.t < ray.t_max))
     }
 
     /// [`TriangleBlock::meet`] of a triangle that is hit for sure.
@@ -170,6 +206,55 @@ fn weighted<M: Machine>(edges: M::Four, z: M::Four, determinant: f64, ray: &Turn
     let below = M::Four::load(&[determinant * f64::from(ray.pace), determinant, determinant, 1.0]);
     let [t, u, v, _] = (above / below).store();
     Meeting { t: t as f32, u: u as f32, v: v as f32 }
+}
+
+/// On which sides of a ray the edges of a block's triangles lie.
+struct Sides<M: Machine> {
+    /// Corners relative to the ray.
+    corners: [[M::Eight; 3]; 3],
+    /// Edge functions …
+    edges: [M::Eight; 3],
+    /// … the least …
+    least: M::Eight,
+    /// … and the largest of the three.
+    most: M::Eight,
+    /// Those that may be hit, as bits.
+    met: u32,
+}
+
+impl<M: Machine> Sides<M> {
+    /// Where along the ray the corners lie.
+    #[inline(always)]
+    fn range(&self, ray: &TurnedRay) -> Range<M> {
+        let [[.., az], [.., bz], [.., cz]] = self.corners;
+        let pace = M::Eight::splat(ray.inverse_pace);
+        let (a, b, c) = (az.times(pace), bz.times(pace), cz.times(pace));
+        Range { corners: [a, b, c], near: c.smaller(a.smaller(b)), far: c.larger(a.larger(b)) }
+    }
+}
+
+/// Where along a ray the triangles of a block lie.
+struct Range<M: Machine> {
+    /// Their corners.
+    corners: [M::Eight; 3],
+    near: M::Eight,
+    far: M::Eight,
+}
+
+impl<M: Machine> Range<M> {
+    /// The triangles of which a part is before `limit` and not behind the ray, as bits, which hits have to be: they are a
+    /// mean of the corners. NaN rejects none.
+    #[inline(always)]
+    fn reaches(&self, ray: &TurnedRay, limit: f32) -> u32 {
+        !(M::Eight::splat(range_end(limit)).below(self.near) | self.far.below(M::Eight::splat(ray.behind)))
+    }
+}
+
+/// Corners beyond this are no part of a hit before `limit`, whatever rounding does.
+#[inline(always)]
+pub(crate) fn range_end(limit: f32) -> f32 {
+    let limit = if limit > 0.0 { limit } else { 0.0 };
+    limit + (limit * SLACK + f32::MIN_POSITIVE)
 }
 
 /// What single precision tells about the triangles of a block.
