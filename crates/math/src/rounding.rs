@@ -17,6 +17,7 @@ pub const fn gamma(n: u32) -> f32 {
 /// `normal` the geometric normal (unit), `dir` the direction of the new ray (any length). The point moves
 /// along the normal, to the side of `dir`, until the box of the error lies behind it; each coordinate is then
 /// rounded away from `p` (\[PBRT4\], 6.8.6).
+#[inline]
 pub fn offset_origin(p: Vec3, p_error: Vec3, normal: Vec3, dir: Vec3) -> Vec3 {
     let distance = normal.abs().dot(p_error);
     let mut offset = normal * distance;

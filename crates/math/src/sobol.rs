@@ -75,26 +75,93 @@ pub const fn sobol_2d(index: u32, seed: u32) -> [f32; 2] {
     [unit_f32(reversed as u32), unit_f32((reversed >> 32) as u32)]
 }
 
-/// Points `first`, `first` + 1, … of the two-dimensional sequence of `seed`: what [`sobol_2d`] gives one by one,
-/// in loops that a compiler turns into vector code. Inlined, to be compiled for the caller's instruction set.
+/// Consecutive points of a two-dimensional sequence.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sobol2dRun {
+    /// Index of the first.
+    pub first: u32,
+    /// The sequence.
+    pub seed: u32,
+    /// How many.
+    pub count: u32,
+}
+
+/// Appends all points of the runs, one run after the other: what [`sobol_2d`] gives one by one, in loops that a
+/// compiler turns into vector code. Inlined, to be compiled for the caller's instruction set.
 #[inline(always)]
-pub fn sobol_2d_run(first: u32, seed: u32, points: &mut [[f32; 2]]) {
-    const LANES: usize = 8;
-    let Keys { order, first: first_key, second } = keys(seed);
-    for (block, points) in points.chunks_mut(LANES).enumerate() {
-        let start = first.wrapping_add((block * LANES) as u32);
-        let mut index: [u32; LANES] = std::array::from_fn(|lane| start.wrapping_add(lane as u32));
+pub fn sobol_2d_runs(runs: impl Iterator<Item = Sobol2dRun>, points: &mut Vec<[f32; 2]>) {
+    let mut lanes = PointLanes::default();
+    let mut filled = 0usize;
+    for Sobol2dRun { first, seed, count } in runs {
+        let keys = keys(seed);
+        let mut done = 0;
+        // Half of the lanes at a time, where they are free.
+        while count - done >= HALF as u32 && filled.is_multiple_of(HALF) {
+            lanes.fill_half(filled / HALF, first.wrapping_add(done), &keys);
+            (done, filled) = (done + HALF as u32, filled + HALF);
+            if filled == LANES {
+                points.extend_from_slice(&lanes.points());
+                filled = 0;
+            }
+        }
+        for k in done..count {
+            lanes.index[filled] = first.wrapping_add(k);
+            lanes.order[filled] = keys.order;
+            lanes.first[filled] = keys.first;
+            lanes.second[filled] = keys.second;
+            filled += 1;
+            if filled == LANES {
+                points.extend_from_slice(&lanes.points());
+                filled = 0;
+            }
+        }
+    }
+    points.extend_from_slice(&lanes.points()[..filled]);
+}
+
+/// Points computed at once.
+const LANES: usize = 8;
+const HALF: usize = LANES / 2;
+
+/// Indices and keys of as many points.
+#[derive(Default)]
+struct PointLanes {
+    index: [u32; LANES],
+    order: [u32; LANES],
+    first: [u32; LANES],
+    second: [u32; LANES],
+}
+
+impl PointLanes {
+    /// Consecutive points of one sequence in one half.
+    #[inline(always)]
+    fn fill_half(&mut self, half: usize, first: u32, keys: &Keys) {
+        let set = |lanes: &mut [u32; LANES], values: [u32; HALF]| {
+            if let Some(lanes) = lanes.as_chunks_mut().0.get_mut(half) {
+                *lanes = values;
+            }
+        };
+        set(&mut self.index, std::array::from_fn(|k| first.wrapping_add(k as u32)));
+        set(&mut self.order, [keys.order; HALF]);
+        set(&mut self.first, [keys.first; HALF]);
+        set(&mut self.second, [keys.second; HALF]);
+    }
+
+    #[inline(always)]
+    fn points(&self) -> [[f32; 2]; LANES] {
+        let mut index = self.index;
+        for (index, order) in index.iter_mut().zip(self.order) {
+            *index = laine_karras(index.reverse_bits(), order).reverse_bits();
+        }
         let (mut x, mut y) = ([0f32; LANES], [0f32; LANES]);
-        index.iter_mut().for_each(|i| *i = laine_karras(i.reverse_bits(), order).reverse_bits());
         for lane in 0..LANES {
-            x[lane] = unit_f32(laine_karras(index[lane], first_key).reverse_bits());
+            x[lane] = unit_f32(laine_karras(index[lane], self.first[lane]).reverse_bits());
         }
         for lane in 0..LANES {
-            y[lane] = unit_f32(laine_karras(second_dimension_reversed(index[lane]), second).reverse_bits());
+            let second = second_dimension_reversed(index[lane]);
+            y[lane] = unit_f32(laine_karras(second, self.second[lane]).reverse_bits());
         }
-        for (lane, point) in points.iter_mut().enumerate() {
-            *point = [x[lane], y[lane]];
-        }
+        std::array::from_fn(|lane| [x[lane], y[lane]])
     }
 }
 

@@ -104,6 +104,9 @@ impl View {
     /// along the viewing direction, not the distance.
     pub fn limit(&self, origin: Vec3, dir: Vec3) -> CameraRay {
         let depth_per_t = f64::from(dir.dot(self.forward));
+        if self.near == 0.0 && self.far == f64::INFINITY && depth_per_t > 0.0 {
+            return CameraRay { ray: Ray::new(origin, dir, 0.0, f32::INFINITY) };
+        }
         let (t_min, t_max) = ((self.near / depth_per_t) as f32, (self.far / depth_per_t) as f32);
         CameraRay { ray: Ray::new(origin, dir, t_min, t_max) }
     }

@@ -7,6 +7,7 @@
 pub mod classic;
 
 mod probe;
+mod shadow;
 mod wavefront;
 
 use crate::sampler::Sampler;

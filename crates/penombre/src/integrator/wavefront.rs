@@ -3,6 +3,7 @@
 //! Within a sample, light is added breadth first over its ray tree, in the order in which each step asks for it.
 //! That order does not depend on which samples share a batch, so neither do the bits of the image.
 
+use super::shadow::{SoftShadow, SoftShadows};
 use super::{AnyIntegrator, CameraSample, Integrator, LightRecord, PathRecord, VertexRecord, Worker};
 use crate::scene::Scene;
 use penombre_bvh::{Hit, Ray};
@@ -38,6 +39,7 @@ struct Pending {
 #[derive(Debug)]
 pub struct Step<'a, P> {
     shadow_rays: &'a mut Vec<Ray>,
+    soft: &'a mut SoftShadows,
     pending: &'a mut Vec<Pending>,
     next: &'a mut Vec<Active<P>>,
     sample: u32,
@@ -60,6 +62,14 @@ impl<P: Copy> Step<'_, P> {
         }
     }
 
+    /// Adds the share of `radiance` that arrives from a light with an extent.
+    pub fn add_softly(&mut self, radiance: Spectrum, soft: SoftShadow) {
+        if soft.count > 0 {
+            self.soft.push(soft, self.shadow_rays);
+            self.wait_for(radiance, soft.count);
+        }
+    }
+
     /// Continues the path with a ray. A path may branch.
     pub fn follow(&mut self, path: P, ray: Ray) {
         self.next.push(Active { path, ray, sample: self.sample });
@@ -78,6 +88,7 @@ struct Wavefront<'a, I: Integrator> {
     rays: Vec<Ray>,
     hits: Vec<Hit>,
     shadow_rays: Vec<Ray>,
+    soft: SoftShadows,
     blocked: Vec<bool>,
     pending: Vec<Pending>,
     traced: u64,
@@ -149,6 +160,7 @@ impl<I: Integrator> Wavefront<'_, I> {
             }
             let mut step = Step {
                 shadow_rays: &mut self.shadow_rays,
+                soft: &mut self.soft,
                 pending: &mut self.pending,
                 next,
                 sample: a.sample,
@@ -169,6 +181,7 @@ impl<I: Integrator> Wavefront<'_, I> {
     /// Traces the shadow rays and adds the light that arrives, in the order in which it was asked for. A single step
     /// may have asked for very many: stopped, the rest of them count as blocked.
     fn gather(&mut self, sink: &mut Sink<'_>, stop: &dyn Fn() -> bool) {
+        self.soft.make(self.scene, &mut self.shadow_rays);
         self.blocked.clear();
         self.blocked.resize(self.shadow_rays.len(), true);
         let rays = self.shadow_rays.chunks(SHADOW_BATCH);
@@ -179,9 +192,11 @@ impl<I: Integrator> Wavefront<'_, I> {
                 break;
             }
         }
-        let mut answers = self.blocked.iter();
+        let mut answers = self.blocked.as_slice();
         for p in self.pending.drain(..) {
-            let open = answers.by_ref().take(p.shadow_rays as usize).filter(|b| !**b).count() as u32;
+            let (own, rest) = answers.split_at(p.shadow_rays as usize);
+            let open = p.shadow_rays - blocked_of(own);
+            answers = rest;
             let added = match p.shadow_rays {
                 0 => p.radiance,
                 n if open == n => p.radiance,
@@ -233,6 +248,14 @@ impl<I: Integrator> Worker for Wavefront<'_, I> {
     }
 }
 
+/// How many are true, four at a time.
+#[inline]
+fn blocked_of(answers: &[bool]) -> u32 {
+    let (fours, rest) = answers.as_chunks();
+    let four = |b: &[bool; 4]| u32::from_ne_bytes(b.map(u8::from)).wrapping_mul(0x0101_0101) >> 24;
+    fours.iter().map(four).sum::<u32>() + rest.iter().map(|b| u32::from(*b)).sum::<u32>()
+}
+
 /// Forgets an integrator's path type.
 #[derive(Debug)]
 pub struct Batched<I>(pub I, pub &'static str);
@@ -249,6 +272,7 @@ impl<I: Integrator + Debug> AnyIntegrator for Batched<I> {
             rays: Vec::new(),
             hits: Vec::new(),
             shadow_rays: Vec::with_capacity(SHADOW_BATCH + 256),
+            soft: SoftShadows::default(),
             blocked: Vec::new(),
             pending: Vec::new(),
             traced: 0,

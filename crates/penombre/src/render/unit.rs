@@ -9,7 +9,7 @@ use penombre_math::{Spectrum, Vec2};
 use std::cell::Cell;
 
 /// Camera samples that are traced together.
-const BATCH: usize = 256;
+const BATCH: usize = 1024;
 
 /// Dropped samples that a unit names; the rest is only counted.
 const MOST_NAMED: usize = 8;

@@ -3,7 +3,8 @@
 //! Nothing comes from a thread or a tile, and sample k is the same whatever the number of samples asked for:
 //! longer, sliced and resumed renders are parts of one run.
 
-use penombre_math::{Vec2, hash, sobol};
+use penombre_math::sobol::{self, Sobol2dRun};
+use penombre_math::{Vec2, hash};
 use penombre_sys::{Vectorizable, vectorize};
 
 /// The families of sample points.
@@ -73,22 +74,6 @@ impl Sampler {
     }
 }
 
-/// Consecutive Sobol points, as work for wide vectors.
-struct SobolRun<'a> {
-    first: u32,
-    key: u32,
-    points: &'a mut [[f32; 2]],
-}
-
-impl Vectorizable for SobolRun<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        sobol::sobol_2d_run(self.first, self.key, self.points);
-    }
-}
-
 /// Several points of one dimension.
 #[derive(Clone, Copy, Debug)]
 pub struct Series {
@@ -98,19 +83,6 @@ pub struct Series {
 }
 
 impl Series {
-    /// Points `start`, `start` + 1, … into `points`: faster than one by one.
-    pub fn fill(&self, start: u32, points: &mut [[f32; 2]]) {
-        let first = self.first.wrapping_add(start);
-        match self.kind {
-            SamplerKind::Sobol => vectorize(SobolRun { first, key: self.key, points }),
-            SamplerKind::Independent => {
-                for (i, point) in points.iter_mut().enumerate() {
-                    *point = sobol::independent_2d(first.wrapping_add(i as u32), self.key);
-                }
-            }
-        }
-    }
-
     /// Point `i` in the unit square.
     #[inline]
     pub fn get(&self, i: u32) -> Vec2 {
@@ -119,6 +91,38 @@ impl Series {
             SamplerKind::Sobol => sobol::sobol_2d(index, self.key),
             SamplerKind::Independent => sobol::independent_2d(index, self.key),
         })
+    }
+}
+
+/// Appends the first points of several series, so many of each, one series after the other: what [`Series::get`] gives one by
+/// one, faster.
+pub fn fill(series: &[(Series, u32)], points: &mut Vec<[f32; 2]>) {
+    if series.iter().all(|(series, _)| series.kind == SamplerKind::Sobol) {
+        vectorize(SobolRuns { series, points });
+        return;
+    }
+    for (series, count) in series {
+        points.extend((0..*count).map(|i| series.get(i).to_array()));
+    }
+}
+
+/// Sobol points as work for wide vectors.
+struct SobolRuns<'a> {
+    series: &'a [(Series, u32)],
+    points: &'a mut Vec<[f32; 2]>,
+}
+
+impl Vectorizable for SobolRuns<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let run = |(series, count): &(Series, u32)| Sobol2dRun {
+            first: series.first,
+            seed: series.key,
+            count: *count,
+        };
+        sobol::sobol_2d_runs(self.series.iter().map(run), self.points);
     }
 }
 
@@ -148,12 +152,14 @@ mod tests {
     #[test]
     fn filled_points_are_those_one_by_one() {
         for kind in [SamplerKind::Sobol, SamplerKind::Independent] {
-            let series = Sampler::new(kind, 5, [1, 2], 3).series(Dimension(4), 37);
-            let mut points = [[0.0; 2]; 37];
-            series.fill(5, &mut points);
-            for (i, point) in points.iter().enumerate() {
-                assert_eq!(Vec2::from(*point), series.get(5 + i as u32));
-            }
+            let series =
+                |pixel, count| (Sampler::new(kind, 5, [pixel, 2], 3).series(Dimension(4), count), count);
+            let all = [series(1, 37), series(2, 0), series(3, 4), series(4, 4), series(5, 1), series(6, 8)];
+            let mut points = vec![[0.5; 2]];
+            fill(&all, &mut points);
+            let expected =
+                all.iter().flat_map(|(series, count)| (0..*count).map(|i| series.get(i).to_array()));
+            assert!(points[1..].iter().copied().eq(expected));
         }
     }
 

@@ -25,6 +25,28 @@ pub struct Quad {
     origin: Vec3,
     sides: [Vec3; 2],
     normal: Vec3,
+    exact: Exact,
+}
+
+/// The same in double precision.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Exact {
+    origin: DVec3,
+    sides: [DVec3; 2],
+    normal: DVec3,
+    /// The largest coordinate of the diagonal, without signs.
+    extent: f64,
+    /// No coordinate is larger.
+    reach: f64,
+}
+
+impl Exact {
+    fn new(origin: Vec3, sides: [Vec3; 2]) -> Self {
+        let (origin, [a, b]) = (origin.as_dvec3(), sides.map(Vec3::as_dvec3));
+        let extent = (a.abs() + b.abs()).max_element();
+        let reach = origin.abs().max_element() + extent;
+        Self { origin, sides: [a, b], normal: a.cross(b).normalize_or(DVec3::Z), extent, reach }
+    }
 }
 
 impl Shape for Quad {
@@ -47,7 +69,7 @@ impl Shape for Quad {
             too_far(p, context);
             return None;
         }
-        Some(Self { origin, sides, normal })
+        Some(Self { origin, sides, normal, exact: Exact::new(origin, sides) })
     }
 
     fn geometry(&self) -> Geometry {
@@ -55,12 +77,10 @@ impl Shape for Quad {
     }
 
     fn point(&self, ray: &Ray, hit: &Hit) -> ShapePoint {
-        let (origin, [a, b]) = (self.origin.as_dvec3(), self.sides.map(Vec3::as_dvec3));
+        let Exact { origin, sides: [a, b], normal, extent, reach } = self.exact;
         let own = origin + a * f64::from(hit.u) + b * f64::from(hit.v);
-        let extent = (a.abs() + b.abs()).max_element();
-        let normal = a.cross(b).normalize_or(DVec3::Z);
         let p = on_plane(ray, hit.t, origin, normal, extent, own);
-        let (p, p_error) = rounded(p, origin.abs().max_element() + extent);
+        let (p, p_error) = rounded(p, reach);
         ShapePoint {
             p,
             p_error,

@@ -14,22 +14,18 @@
 
 pub mod optics;
 
+use super::shadow::{SoftShadow, shadow_ray};
 use super::wavefront::Batched;
 use super::{AnyIntegrator, Integrator, PathPlace, Step};
-use crate::light::AnyLight;
 use crate::material::{PhongView, Specular};
 use crate::registry::Context;
-use crate::sampler::{Dimension, Sampler, Series};
-use crate::scene::{Departure, Scene, SurfacePoint};
+use crate::sampler::{Dimension, Sampler};
+use crate::scene::{Scene, SurfacePoint};
 use optics::Refraction;
 use penombre_bvh::Ray;
-use penombre_math::{Spectrum, Vec2, Vec3, float};
+use penombre_math::{Spectrum, Vec3, float};
 use penombre_scene::params::Params;
 use penombre_scene::{Kind, Node, ParamDefault, ParamSpec, Range, Role};
-
-/// A shadow ray ends this share of its length before the light, so that a light that lies in a surface is not
-/// hidden by that surface's rounding.
-const LIGHT_SLACK: f32 = 1e-5;
 
 /// The course's integrator.
 #[derive(Clone, Debug, PartialEq)]
@@ -132,7 +128,7 @@ impl Classic {
             match light.shadow_samples() {
                 n if n > 0 && !self.hard_shadows => {
                     let series = sampler.series(Dimension::of_node(path.node, index as u32), n);
-                    out.add_if_visible(radiance, |rays| soft_shadow_rays(&departure, light, series, n, rays));
+                    out.add_softly(radiance, SoftShadow { departure, light: index as u32, series, count: n });
                 }
                 _ => out.add_if_visible(radiance, |rays| rays.push(shadow_ray(&departure, center))),
             }
@@ -236,27 +232,4 @@ fn phong(view: &PhongView, normal: Vec3, to_viewer: Vec3, to_light: Vec3) -> Spe
         sum += view.specular * highlight;
     }
     sum
-}
-
-/// The ray from a surface to a point of a light. Its parameter runs from 0 at the surface to 1 at the light.
-fn shadow_ray(departure: &Departure, light: Vec3) -> Ray {
-    let origin = departure.origin(light);
-    Ray::new(origin, light - origin, 0.0, 1.0 - LIGHT_SLACK)
-}
-
-/// Rays to `count` points of a light.
-fn soft_shadow_rays(
-    departure: &Departure,
-    light: &AnyLight,
-    series: Series,
-    count: u32,
-    rays: &mut Vec<Ray>,
-) {
-    const CHUNK: u32 = 64;
-    let mut points = [[0.0; 2]; CHUNK as usize];
-    for start in (0..count).step_by(CHUNK as usize) {
-        let points = &mut points[..CHUNK.min(count - start) as usize];
-        series.fill(start, points);
-        rays.extend(points.iter().map(|p| shadow_ray(departure, light.sample_point(Vec2::from(*p)))));
-    }
 }
