@@ -100,7 +100,11 @@ pub struct RenderArgs {
     /// Write .ppm files exactly as the course's program does: ASCII, one line, truncated, no gamma.
     #[arg(long)]
     pub course_ppm: bool,
-    /// Tone curve of 8-bit outputs: raw or srgb; default: raw for classic.
+    /// Tone curve of 8-bit outputs: srgb, raw, agx, aces, pbr-neutral or filmic; default: raw for classic, else srgb.
+    ///
+    /// srgb cuts what is brighter than white; raw does so too and has no gamma, like the course's images; agx is the base
+    /// look of AgX; aces the look of ACES as fitted by Hill; pbr-neutral is Khronos PBR Neutral, which keeps base colours
+    /// as they are; filmic is Hable's curve of Uncharted 2.
     #[arg(long, value_name = "CURVE")]
     pub tone: Option<ToneCurve>,
     /// Brightness of 8-bit outputs in powers of two.
@@ -200,6 +204,17 @@ mod tests {
     #[test]
     fn the_definition_is_sound() {
         <Cli as clap::CommandFactory>::command().debug_assert();
+    }
+
+    #[test]
+    fn help_lists_all_tone_curves() {
+        let mut command = <Cli as clap::CommandFactory>::command();
+        let render = command.find_subcommand_mut("render").unwrap();
+        for help in [render.render_help().to_string(), render.render_long_help().to_string()] {
+            for name in ToneCurve::NAMES {
+                assert!(help.contains(name), "{name}");
+            }
+        }
     }
 
     #[test]

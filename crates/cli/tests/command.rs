@@ -94,6 +94,25 @@ fn every_format_is_written_and_read_back() {
 }
 
 #[test]
+fn tone_curves_change_8_bit_files_only() {
+    let folder = Folder::new();
+    let curves = ["raw", "srgb", "agx", "aces", "pbr-neutral", "filmic"];
+    let bytes = |name: &str| std::fs::read(folder.0.path().join(name)).unwrap();
+    let mut files = Vec::new();
+    for curve in curves {
+        let (ppm, pfm) = (format!("{curve}.ppm"), format!("{curve}.pfm"));
+        let options = ["--tone", curve, "--exposure", "0.5", "-o", ppm.as_str(), "-o", pfm.as_str()];
+        folder.ok(&small(&["render", "cornell"], &options));
+        assert_eq!(bytes(&pfm), bytes("raw.pfm"), "{curve}");
+        assert!(!files.contains(&bytes(&ppm)), "{curve}");
+        files.push(bytes(&ppm));
+    }
+    // The default of the course's integrator.
+    folder.ok(&small(&["render", "cornell"], &["--exposure", "0.5", "-o", "default.ppm"]));
+    assert_eq!(bytes("default.ppm"), files[0]);
+}
+
+#[test]
 fn statistics_have_the_keys_of_the_contract() {
     let folder = Folder::new();
     let line = folder.json(&small(&["render", "cornell"], &["--json", "--threads", "2"]));
@@ -241,7 +260,7 @@ fn wrong_command_lines_are_refused() {
         (vec!["render", "cornell", "-o", "a.png", "-o", "./a.png"], "twice"),
         (vec!["render", "cornell", "-o", "."], "is a folder"),
         (vec!["render", "cornell", "--phase", "5"], "--phase"),
-        (vec!["render", "cornell", "--tone", "agx"], "--tone"),
+        (vec!["render", "cornell", "--tone", "AgX"], "raw, srgb, agx, aces, pbr-neutral, filmic"),
         (vec!["render", "cornell", "--integrator", "path"], "unknown integrator `path`"),
         (vec!["render", "cornell", "--camera", "left"], "no such camera"),
         (vec!["render", "cornel"], "did you mean `cornell`"),

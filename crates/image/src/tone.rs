@@ -1,32 +1,90 @@
 //! From linear light to display values.
 
+mod curves;
+#[cfg(test)]
+mod tests;
+
 use crate::image::Image;
 use penombre_math::color::srgb_encode;
 use penombre_math::float;
 use std::fmt;
 use std::str::FromStr;
 
-/// How linear light becomes the values of an 8-bit file. Both curves cut at 0 and 1.
+/// How linear light becomes the values of an 8-bit file: a curve from the colours of the scene to those of a display,
+/// then the transfer curve of sRGB, which all but [`Raw`](Self::Raw) have.
+///
+/// Colours are linear Rec. 709. Where a middle grey of 0.18 goes, as light of the display and as a byte:
+///
+/// | `raw` | `srgb` | `agx` | `aces` | `pbr-neutral` | `filmic` |
+/// |---|---|---|---|---|---|
+/// | 0.18, 46 | 0.18, 118 | 0.214, 128 | 0.106, 91 | 0.14, 105 | 0.128, 100 |
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Default)]
 pub enum ToneCurve {
-    /// The linear value itself, as the course program writes it.
+    /// The linear value itself, cut at 0 and 1, as the course program writes it.
     Raw,
-    /// The sRGB transfer curve (IEC 61966-2-1): what screens expect.
+    /// The value cut at 0 and 1, then the sRGB transfer curve (IEC 61966-2-1): what screens expect.
     #[default]
     Srgb,
+    /// The base look of AgX \[SobotkaAgX\] in its polynomial form \[WrenschAgX\]: 16.5 stops, white at 16.3,
+    /// bright colours fade towards white.
+    Agx,
+    /// The look of ACES as fitted by Hill \[HillACES\]: contrasty; without any exposure of its own.
+    Aces,
+    /// Khronos PBR Neutral \[KhronosNeutral2024\]: base colours from 0.08 to 0.8 keep their hue and saturation, only
+    /// highlights are compressed.
+    PbrNeutral,
+    /// The filmic curve of Uncharted 2 \[Hable2010\]: soft toe and shoulder, white at 5.6.
+    Filmic,
 }
 
 impl ToneCurve {
     /// The names of all curves, as [`FromStr`] takes them.
-    pub const NAMES: &'static [&'static str] = &["raw", "srgb"];
+    pub const NAMES: &'static [&'static str] = &["raw", "srgb", "agx", "aces", "pbr-neutral", "filmic"];
 
-    /// Display value, 0 to 1, of a linear one. NaN gives 0.
+    /// All curves, in the order of [`NAMES`](Self::NAMES).
+    pub const ALL: &'static [Self] =
+        &[Self::Raw, Self::Srgb, Self::Agx, Self::Aces, Self::PbrNeutral, Self::Filmic];
+
+    /// The light, 0 to 1, that a display shall show for a colour of the scene. Negative components and NaN count as 0,
+    /// infinite ones as the largest number.
     #[must_use]
-    pub fn apply(self, linear: f32) -> f32 {
-        let cut = unit(linear);
+    pub fn light(self, scene: [f32; 3]) -> [f32; 3] {
+        self.curve(scene).map(self.lamp())
+    }
+
+    /// Display values, 0 to 1, of a colour of the scene: its [`light`](Self::light), with the transfer curve of sRGB
+    /// unless the curve is [`Raw`](Self::Raw).
+    #[must_use]
+    pub fn apply(self, scene: [f32; 3]) -> [f32; 3] {
+        self.curve(scene).map(self.transfer())
+    }
+
+    /// What the formula gives for a colour: light, or with AgX values for a display that [`lamp`](Self::lamp) describes.
+    fn curve(self, scene: [f32; 3]) -> [f32; 3] {
+        let formula = match self {
+            Self::Raw | Self::Srgb => return scene.map(unit),
+            Self::Agx => curves::agx,
+            Self::Aces => curves::aces,
+            Self::PbrNeutral => curves::pbr_neutral,
+            Self::Filmic => curves::filmic,
+        };
+        formula(scene.map(|c| if c > 0.0 { f64::from(c.min(f32::MAX)) } else { 0.0 })).map(|c| unit(c as f32))
+    }
+
+    /// From what the formula gives, 0 to 1, to light.
+    fn lamp(self) -> fn(f32) -> f32 {
         match self {
-            Self::Raw => cut,
-            Self::Srgb => srgb_encode(cut).min(1.0),
+            Self::Agx => curves::agx_lamp,
+            _ => |value| value,
+        }
+    }
+
+    /// From what the formula gives to the value in the file.
+    fn transfer(self) -> fn(f32) -> f32 {
+        match self {
+            Self::Raw => unit,
+            Self::Agx => |value| srgb(curves::agx_lamp(unit(value))),
+            _ => srgb,
         }
     }
 }
@@ -34,6 +92,11 @@ impl ToneCurve {
 /// The value cut to 0…1; NaN gives 0 (`clamp` would keep it).
 pub(crate) fn unit(value: f32) -> f32 {
     if value > 0.0 { value.min(1.0) } else { 0.0 }
+}
+
+/// The sRGB value, 0 to 1, of a linear one, cut to 0…1; NaN gives 0.
+pub(crate) fn srgb(linear: f32) -> f32 {
+    srgb_encode(unit(linear)).min(1.0)
 }
 
 impl fmt::Display for ToneCurve {
@@ -46,11 +109,10 @@ impl FromStr for ToneCurve {
     type Err = UnknownName;
 
     fn from_str(name: &str) -> Result<Self, UnknownName> {
-        match name {
-            "raw" => Ok(Self::Raw),
-            "srgb" => Ok(Self::Srgb),
-            _ => Err(UnknownName { found: name.to_owned(), expected: Self::NAMES }),
-        }
+        let place = Self::NAMES.iter().position(|n| *n == name);
+        place
+            .map(|i| Self::ALL[i])
+            .ok_or_else(|| UnknownName { found: name.to_owned(), expected: Self::NAMES })
     }
 }
 
@@ -64,28 +126,34 @@ pub struct UnknownName {
     pub expected: &'static [&'static str],
 }
 
-/// 8-bit red, green and blue of all pixels, top row first: `round(255 · curve(2^exposure · c))`, limited to 0…255;
+/// 8-bit red, green and blue of all pixels, top row first: `round(255 · curve(2^exposure · rgb))`, limited to 0…255;
 /// NaN gives 0. `exposure` is in stops (EV).
 #[must_use]
 pub fn quantise(image: &Image, tone: ToneCurve, exposure: f32) -> Vec<u8> {
-    let gain = float::exp2(exposure);
-    let quantiser = Quantiser::new(tone);
-    image.rgb_pixels().flatten().map(|c| quantiser.byte(gain * c)).collect()
+    pixels(image, tone, exposure, |rgb| rgb).into_flattened()
 }
 
 /// The same with a fourth byte, 255, behind each pixel: what graphics cards take.
 #[must_use]
 pub fn quantise_rgba(image: &Image, tone: ToneCurve, exposure: f32) -> Vec<u8> {
-    let gain = float::exp2(exposure);
-    let quantiser = Quantiser::new(tone);
-    let pixel = |rgb: [f32; 3]| {
-        let [r, g, b] = rgb.map(|c| quantiser.byte(gain * c));
-        [r, g, b, 255]
-    };
-    image.rgb_pixels().flat_map(pixel).collect()
+    pixels(image, tone, exposure, |[r, g, b]| [r, g, b, 255]).into_flattened()
 }
 
-/// A curve as the values at which the next byte begins: the bytes of the formula without its power function.
+/// What `pixel` makes of the bytes of each pixel.
+fn pixels<T>(image: &Image, tone: ToneCurve, exposure: f32, pixel: impl Fn([u8; 3]) -> T) -> Vec<T> {
+    let gain = float::exp2(exposure);
+    let quantiser = Quantiser::new(tone.transfer());
+    let bytes = |[r, g, b]: [f32; 3]| pixel([quantiser.byte(r), quantiser.byte(g), quantiser.byte(b)]);
+    match tone {
+        // The quantiser cuts as these do.
+        ToneCurve::Raw | ToneCurve::Srgb => {
+            image.rgb_pixels().map(|[r, g, b]| bytes([gain * r, gain * g, gain * b])).collect()
+        }
+        _ => image.rgb_pixels().map(|rgb| bytes(tone.curve(rgb.map(|c| gain * c)))).collect(),
+    }
+}
+
+/// A transfer curve as the values at which the next byte begins: the bytes of the formula without its power function.
 struct Quantiser {
     /// The smallest value of each byte.
     first: [f32; 256],
@@ -99,8 +167,8 @@ impl Quantiser {
     /// Values below this one, 2⁻¹⁶, are all in the first cell.
     const LOWEST: u32 = 0x3780_0000;
 
-    fn new(tone: ToneCurve) -> Self {
-        let byte = |c: f32| (255.0 * tone.apply(c)).round() as u8;
+    fn new(transfer: fn(f32) -> f32) -> Self {
+        let byte = |c: f32| (255.0 * transfer(c)).round() as u8;
         let mut first = [0.0; 256];
         for (code, first) in first.iter_mut().enumerate().skip(1) {
             // Bits of floats from 0 to 1 are in the order of the floats.
@@ -117,6 +185,7 @@ impl Quantiser {
         Self { first, cells }
     }
 
+    #[inline]
     fn byte(&self, value: f32) -> u8 {
         // Also NaN, which is not above 0.
         let positive = value > 0.0;
@@ -132,92 +201,5 @@ impl Quantiser {
             byte += 1;
         }
         byte
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn one(value: f32, tone: ToneCurve, exposure: f32) -> u8 {
-        let image = Image::from_data(1, 1, 1, vec![value]).unwrap();
-        let bytes = quantise(&image, tone, exposure);
-        assert_eq!([bytes[0]; 3], bytes[..]);
-        bytes[0]
-    }
-
-    #[test]
-    fn raw_rounds_and_cuts() {
-        let cases = [
-            (f32::NAN, 0),
-            (f32::NEG_INFINITY, 0),
-            (-0.5, 0),
-            (0.0, 0),
-            (0.4999 / 255.0, 0),
-            (0.5001 / 255.0, 1),
-            (0.5, 128),
-            (254.4 / 255.0, 254),
-            (1.0, 255),
-            (7.0, 255),
-            (f32::INFINITY, 255),
-        ];
-        for (value, byte) in cases {
-            assert_eq!(one(value, ToneCurve::Raw, 0.0), byte, "{value}");
-        }
-        // Every byte comes back from its own value.
-        for byte in 0..=255u8 {
-            assert_eq!(one(f32::from(byte) / 255.0, ToneCurve::Raw, 0.0), byte);
-        }
-    }
-
-    #[test]
-    fn srgb_values_are_those_of_the_standard() {
-        // Linear 18 % grey is 0.4614 in sRGB, 50 % is 0.7354; the linear toe has slope 12.92.
-        let cases =
-            [(0.18, 118), (0.5, 188), (0.001, 3), (0.0, 0), (1.0, 255), (2.0, 255), (-1.0, 0), (f32::NAN, 0)];
-        for (value, byte) in cases {
-            assert_eq!(one(value, ToneCurve::Srgb, 0.0), byte, "{value}");
-        }
-        for byte in 0..=255u8 {
-            let linear = penombre_math::color::srgb_decode_u8(byte);
-            assert_eq!(one(linear, ToneCurve::Srgb, 0.0), byte);
-        }
-    }
-
-    /// The table gives the formula's bytes, next to every step and everywhere else.
-    #[test]
-    fn bytes_are_those_of_the_formula() {
-        for tone in [ToneCurve::Raw, ToneCurve::Srgb] {
-            let formula = |c: f32| (255.0 * tone.apply(c)).round() as u8;
-            let quantiser = Quantiser::new(tone);
-            let steps = quantiser.first[1..].iter().flat_map(|f| (0..7).map(|i| f.to_bits() + i - 3));
-            let spread = (0..0x4000_0000).step_by(4099);
-            for value in steps.chain(spread).map(f32::from_bits) {
-                assert_eq!(quantiser.byte(value), formula(value), "{tone} {value:e}");
-            }
-        }
-    }
-
-    #[test]
-    fn four_bytes_are_three_and_an_opaque_one() {
-        let image = Image::from_data(2, 1, 3, vec![0.1, 0.2, 0.3, 4.0, -5.0, f32::NAN]).unwrap();
-        let three = quantise(&image, ToneCurve::Srgb, 0.5);
-        let four = quantise_rgba(&image, ToneCurve::Srgb, 0.5);
-        assert_eq!(four, [&three[..3], &[255], &three[3..], &[255]].concat());
-    }
-
-    #[test]
-    fn exposure_is_in_stops() {
-        assert_eq!(one(0.25, ToneCurve::Raw, 1.0), one(0.5, ToneCurve::Raw, 0.0));
-        assert_eq!(one(0.25, ToneCurve::Srgb, -2.0), one(0.0625, ToneCurve::Srgb, 0.0));
-    }
-
-    #[test]
-    fn names_go_both_ways() {
-        for name in ToneCurve::NAMES {
-            assert_eq!(name.parse::<ToneCurve>().unwrap().to_string(), *name);
-        }
-        let message = "SRGB".parse::<ToneCurve>().unwrap_err().to_string();
-        assert!(message.contains("SRGB") && message.contains("raw, srgb"), "{message}");
     }
 }

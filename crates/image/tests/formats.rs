@@ -68,7 +68,7 @@ fn course_ppm_is_one_line_truncated_and_without_curve() {
 fn eight_bit_formats_keep_their_bytes() {
     for (i, (w, h)) in SIZES.into_iter().enumerate() {
         let image = noise(w, h, 3, 1.1, i as u64);
-        for tone in [ToneCurve::Raw, ToneCurve::Srgb] {
+        for tone in ToneCurve::ALL.iter().copied() {
             let options = WriteOptions { tone, ..WriteOptions::default() };
             let bytes = quantise(&image, tone, 0.0);
             for format in [Format::Png, Format::Ppm] {
@@ -82,6 +82,8 @@ fn eight_bit_formats_keep_their_bytes() {
                 assert_eq!(auto.was_srgb, !remembered);
                 let back = if remembered { ToneCurve::Raw } else { ToneCurve::Srgb };
                 assert_eq!(quantise(&auto.image, back, 0.0), bytes, "{format}");
+                let told = auto.metadata.iter().any(|(k, v)| k == "penombre:tone" && *v == tone.to_string());
+                assert_eq!(told, format == Format::Png && tone != ToneCurve::Srgb, "{format} {tone}");
                 assert_eq!((auto.format, auto.image.width(), auto.image.height()), (format, w, h));
             }
         }

@@ -32,10 +32,10 @@ fn encode_bytes(
     let mut encoder = Encoder::new(w, image.width(), image.height());
     encoder.set_color(ColorType::Rgb);
     encoder.set_depth(BitDepth::Eight);
-    if options.tone == ToneCurve::Srgb {
+    if options.tone != ToneCurve::Raw {
         encoder.set_source_srgb(::png::SrgbRenderingIntent::Perceptual);
     }
-    if options.tone == ToneCurve::Raw {
+    if options.tone != ToneCurve::Srgb {
         encoder.add_text_chunk(TONE_KEY.to_owned(), options.tone.to_string())?;
     }
     for (name, text) in &options.metadata {
@@ -50,8 +50,9 @@ fn encode_bytes(
     writer.finish()
 }
 
-/// Names the tone curve of a picture in which sRGB would be wrong. The picture is *shown* as the course showed its
-/// own, without a curve, which no chunk of the format says; reading it back we know what the values mean.
+/// Names the tone curve of a picture that is not simply sRGB. A `raw` picture is *shown* as the course showed its own,
+/// without a curve, which no chunk of the format says; reading it back we know what the values mean. The others show
+/// display light as sRGB, which is what they are read back as.
 const TONE_KEY: &str = "penombre:tone";
 
 /// What the decoding library says, or what we do.

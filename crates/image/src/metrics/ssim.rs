@@ -2,7 +2,7 @@
 
 use super::filter::{Plane, gaussian};
 use crate::image::Image;
-use crate::tone::ToneCurve;
+use crate::tone::srgb;
 use penombre_math::color::luminance;
 
 /// Half the window: 11 × 11 pixels.
@@ -42,6 +42,6 @@ pub fn mean_ssim(a: &Image, b: &Image) -> f64 {
 
 /// sRGB-encoded luminance. In `f64`: a variance is a small difference of large numbers.
 fn plane(image: &Image) -> Plane<f64> {
-    let data = image.rgb_pixels().map(|rgb| f64::from(ToneCurve::Srgb.apply(luminance(rgb)))).collect();
+    let data = image.rgb_pixels().map(|rgb| f64::from(srgb(luminance(rgb)))).collect();
     Plane { width: image.width() as usize, height: image.height() as usize, data }
 }

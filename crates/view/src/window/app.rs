@@ -275,7 +275,8 @@ impl App {
                 let phase = settings.phase.or(self.desk.session().map(|s| s.values().phase));
                 let look = Look {
                     flat: phase == Some(1),
-                    srgb: tone == ToneCurve::Srgb,
+                    // The raster preview has no other curves.
+                    srgb: tone != ToneCurve::Raw,
                     exposure: settings.exposure,
                     wireframe: self.viewer.is_wireframe(),
                 };
