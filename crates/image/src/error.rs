@@ -112,3 +112,13 @@ pub struct ShapeError {
     /// Number of samples given.
     pub found: usize,
 }
+
+/// A layer that does not go with the others.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("layer \"{}\": {reason}", layer.escape_debug())]
+pub struct LayerError {
+    /// Name of the layer.
+    pub layer: String,
+    /// What is wrong with it.
+    pub reason: String,
+}

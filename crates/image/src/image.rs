@@ -59,6 +59,17 @@ impl Image {
         self.channels
     }
 
+    /// What the channels are called in files that name them: Y, Y and A, R, G, B, or those and A.
+    #[must_use]
+    pub fn channel_names(&self) -> &'static [&'static str] {
+        match self.channels {
+            1 => &["Y"],
+            2 => &["Y", "A"],
+            3 => &["R", "G", "B"],
+            _ => &["R", "G", "B", "A"],
+        }
+    }
+
     /// Number of pixels.
     #[must_use]
     pub fn pixel_count(&self) -> usize {

@@ -62,8 +62,16 @@ pub struct Decoded {
 /// Unknown extension, an image the format cannot hold (no pixels, for example), or a failure of the file system.
 pub fn save(path: &Path, image: &Image, options: &WriteOptions) -> Result<(), ImageError> {
     let format = Format::from_path(path)?;
+    write(path, |bytes| encode(format, image, options, bytes))
+}
+
+/// Writes what `encode` makes to a file, which appears whole or not at all.
+pub(crate) fn write(
+    path: &Path,
+    encode: impl FnOnce(&mut Vec<u8>) -> Result<(), ImageErrorKind>,
+) -> Result<(), ImageError> {
     let mut bytes = Vec::new();
-    encode(format, image, options, &mut bytes).map_err(|kind| ImageError::new(path, kind))?;
+    encode(&mut bytes).map_err(|kind| ImageError::new(path, kind))?;
     penombre_sys::write_atomic(path, |w| w.write_all(&bytes))
         .map_err(|e| ImageError::new(path, ImageErrorKind::Io(e)))
 }
@@ -79,16 +87,7 @@ pub fn encode(
     options: &WriteOptions,
     w: &mut dyn Write,
 ) -> Result<(), ImageErrorKind> {
-    if image.pixel_count() == 0 {
-        let reason = format!("an image of {} × {} pixels cannot be written", image.width(), image.height());
-        return Err(ImageErrorKind::NotWritable { format, reason });
-    }
-    if let Some((name, _)) =
-        options.metadata.iter().find(|(name, text)| name.contains('\0') || text.contains('\0'))
-    {
-        let reason = format!("the text of {name:?} has a NUL character");
-        return Err(ImageErrorKind::NotWritable { format, reason });
-    }
+    check_writable(format, image.width(), image.height(), options)?;
     match format {
         Format::Png => codec::png::encode(image, options, w),
         Format::Jpeg => codec::jpeg::encode(image, options, w),
@@ -100,12 +99,37 @@ pub fn encode(
     }
 }
 
+/// Refuses pictures without pixels, and texts with a NUL character.
+pub(crate) fn check_writable(
+    format: Format,
+    width: u32,
+    height: u32,
+    options: &WriteOptions,
+) -> Result<(), ImageErrorKind> {
+    if width == 0 || height == 0 {
+        let reason = format!("an image of {width} × {height} pixels cannot be written");
+        return Err(ImageErrorKind::NotWritable { format, reason });
+    }
+    if let Some((name, _)) =
+        options.metadata.iter().find(|(name, text)| name.contains('\0') || text.contains('\0'))
+    {
+        let reason = format!("the text of {name:?} has a NUL character");
+        return Err(ImageErrorKind::NotWritable { format, reason });
+    }
+    Ok(())
+}
+
 /// Reads an image file, as [`decode`] does with [`ColorSpace::Auto`].
 ///
 /// # Errors
 ///
 /// A failure of the file system, or what [`decode`] finds wrong.
 pub fn load(path: &Path) -> Result<Image, ImageError> {
+    decode(&read(path)?, path, ColorSpace::Auto).map(|d| d.image)
+}
+
+/// The bytes of an image file.
+pub(crate) fn read(path: &Path) -> Result<Vec<u8>, ImageError> {
     let fail = |kind| ImageError::new(path, kind);
     let mut file = File::open(path).map_err(|e| fail(ImageErrorKind::Io(e)))?;
     // The first bytes decide: what is no image (a device without end, a film) is not read to its end.
@@ -115,7 +139,7 @@ pub fn load(path: &Path) -> Result<Image, ImageError> {
         return Err(fail(ImageErrorKind::UnknownContent { found: readable(&bytes) }));
     }
     file.take(MAX_FILE).read_to_end(&mut bytes).map_err(|e| fail(ImageErrorKind::Io(e)))?;
-    decode(&bytes, path, ColorSpace::Auto).map(|d| d.image)
+    Ok(bytes)
 }
 
 /// Bytes that tell a format.
@@ -136,7 +160,7 @@ pub fn decode(bytes: &[u8], name: &Path, space: ColorSpace) -> Result<Decoded, I
     let Some(format) = Format::from_content(bytes) else {
         return Err(fail(ImageErrorKind::UnknownContent { found: readable(bytes) }));
     };
-    let decoded = contain_panic(|| match format {
+    let decoded = decode_contained(format, || match format {
         Format::Png => codec::png::decode(bytes, space),
         Format::Jpeg => codec::jpeg::decode(bytes, space),
         Format::Ppm | Format::Pgm => codec::pnm::decode(bytes, space),
@@ -144,13 +168,21 @@ pub fn decode(bytes: &[u8], name: &Path, space: ColorSpace) -> Result<Decoded, I
         Format::Exr => codec::exr::decode(bytes, space),
         Format::Hdr => codec::hdr::decode(bytes, space),
     });
+    decoded.map_err(fail)
+}
+
+/// Runs third-party decoding code; a panic there is an error of the file.
+pub(crate) fn decode_contained<T>(
+    format: Format,
+    run: impl FnOnce() -> Result<T, ImageErrorKind>,
+) -> Result<T, ImageErrorKind> {
     let broken = || ImageErrorKind::Malformed {
         format,
         offset: 0,
         found: "content its decoder cannot handle".to_owned(),
         expected: format!("a valid {format} file"),
     };
-    decoded.unwrap_or_else(|| Err(broken())).map_err(fail)
+    contain_panic(run).unwrap_or_else(|| Err(broken()))
 }
 
 /// The first bytes of a file for a message.

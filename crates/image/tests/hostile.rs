@@ -1,6 +1,9 @@
 //! Damaged files: an image or an error, never a panic, a long run or a flood of memory.
 
-use penombre_image::{ColorSpace, Format, Image, WriteOptions, decode, encode, load, panic_is_contained};
+use penombre_image::{
+    ColorSpace, Format, Image, Layer, Layers, WriteOptions, decode, decode_layers, encode, encode_layers,
+    load, panic_is_contained,
+};
 use std::path::{Path, PathBuf};
 use std::sync::Once;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -77,8 +80,13 @@ fn seeds() -> Vec<(Format, Vec<u8>)> {
         (format, bytes)
     };
     let mut seeds: Vec<_> = all.into_iter().map(|f| write(f, &options)).collect();
+    let mut layers = Layers::from_image(&image);
+    layers.push(Layer::new("object-id").with("X", (0..13 * 9).collect::<Vec<u32>>())).expect("it fits");
+    let mut layered = Vec::new();
+    encode_layers(&layers, &options, &mut layered).expect("the layers can be written");
+    seeds.push((Format::Exr, layered));
     seeds.push(write(Format::Ppm, &WriteOptions { course_ppm: true, ..options }));
-    for name in ["half-piz.exr", "prefix-zips.exr", "tiled-rle.exr", "grey.jpg"] {
+    for name in ["half-piz.exr", "prefix-zips.exr", "tiled-rle.exr", "layers-piz.exr", "grey.jpg"] {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name);
         seeds.push((
             Format::from_path(&path).expect("a known extension"),
@@ -99,6 +107,7 @@ fn a_file_cut_anywhere_is_refused() {
         for length in 0..file.len().saturating_sub(spare) {
             let result = decode(&file[..length], Path::new("cut"), ColorSpace::Auto);
             assert!(result.is_err(), "{format} cut to {length} of {} bytes was accepted", file.len());
+            assert!(decode_layers(&file[..length], Path::new("cut")).is_err(), "{format} cut to {length}");
         }
     }
 }
@@ -135,6 +144,13 @@ fn mutated_files_never_panic_or_hang() {
             }
             let start = Instant::now();
             good += usize::from(decode(&bytes, Path::new("mutant"), ColorSpace::Auto).is_ok());
+            if format == Format::Exr {
+                // Whatever is read can be written.
+                if let Ok(found) = decode_layers(&bytes, Path::new("mutant")) {
+                    let options = WriteOptions::default();
+                    encode_layers(&found.layers, &options, &mut Vec::new()).expect("a sound picture");
+                }
+            }
             let time = start.elapsed();
             assert!(time < Duration::from_secs(2), "{format}: {time:?} for {}", bytes.escape_ascii());
         }
@@ -170,6 +186,42 @@ fn gigantic_sizes_are_refused_before_memory_is_taken() {
         let error = decode(text.as_bytes(), Path::new("a"), ColorSpace::Auto).unwrap_err().to_string();
         assert!(error.contains(hint) && error.contains("byte"), "{error}");
     }
+}
+
+/// A header of channels whose names are searched for each other: the time would grow with the square of their number.
+#[test]
+fn very_many_channels_are_refused() {
+    let mut file = b"v/1\x01\x02\0\0\0channels\0chlist\0".to_vec();
+    let mut list = Vec::new();
+    for i in 0..100_000 {
+        list.extend(format!("{i:06}.R\0").bytes());
+        list.extend([[1u8, 0, 0, 0], [0; 4], [1, 0, 0, 0], [1, 0, 0, 0]].as_flattened());
+    }
+    list.push(0);
+    file.extend((list.len() as u32).to_le_bytes());
+    file.extend(list);
+    let mut attribute = |name: &str, kind: &str, value: &[u8]| {
+        file.extend([name.as_bytes(), b"\0", kind.as_bytes(), b"\0"].concat());
+        file.extend((value.len() as u32).to_le_bytes());
+        file.extend(value);
+    };
+    attribute("compression", "compression", &[0]);
+    attribute("dataWindow", "box2i", &[0; 16]);
+    attribute("displayWindow", "box2i", &[0; 16]);
+    attribute("lineOrder", "lineOrder", &[0]);
+    attribute("pixelAspectRatio", "float", &1f32.to_le_bytes());
+    attribute("screenWindowCenter", "v2f", &[0; 8]);
+    attribute("screenWindowWidth", "float", &1f32.to_le_bytes());
+    file.extend([0; 64]);
+    let start = Instant::now();
+    let errors = [
+        decode(&file, Path::new("a"), ColorSpace::Auto).unwrap_err(),
+        decode_layers(&file, Path::new("a")).unwrap_err(),
+    ];
+    for error in errors {
+        assert!(error.to_string().contains("100000 channels"), "{error}");
+    }
+    assert!(start.elapsed() < Duration::from_secs(2), "{:?}", start.elapsed());
 }
 
 #[cfg(unix)]

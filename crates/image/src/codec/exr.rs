@@ -1,4 +1,8 @@
-//! OpenEXR: 32-bit floats with ZIP compression out; the first layer with colour or luminance in.
+//! OpenEXR \[OpenEXR\]: 32 bits with ZIP compression out; the first layer with colour or luminance in, or all of them.
+
+mod layered;
+
+pub use layered::{decode_layers, encode_layers};
 
 use super::{Result, Source, Transfer, finish, room};
 use crate::error::ImageErrorKind;
@@ -17,25 +21,36 @@ use std::io::{Cursor, Write};
 /// ZIP makes at best 1032 bytes of one; the smallest sample has two.
 const PIXELS_PER_BYTE: u64 = 1040 / 2;
 
+/// More channels than any renderer writes: searching them by name takes time by their square.
+const MAX_CHANNELS: usize = 4096;
+
 /// A file of any length may unpack to this many bytes.
 const SMALL: u64 = 1 << 24;
 
-/// Channel names of our images with 1, 2, 3 and 4 channels.
-const NAMES: [&[&str]; 4] = [&["Y"], &["Y", "A"], &["R", "G", "B"], &["R", "G", "B", "A"]];
-
 pub fn encode(image: &Image, options: &WriteOptions, w: &mut dyn Write) -> Result<()> {
     let channels = image.channels() as usize;
-    let list = NAMES[channels - 1].iter().enumerate().map(|(i, name)| {
+    let list = image.channel_names().iter().enumerate().map(|(i, name)| {
         let samples = image.data().iter().skip(i).step_by(channels).copied().collect();
         AnyChannel::new(*name, FlatSamples::F32(samples))
     });
+    write_part(image.width(), image.height(), list, options, w)
+}
+
+/// Writes a file of one part with these channels.
+fn write_part(
+    width: u32,
+    height: u32,
+    channels: impl Iterator<Item = AnyChannel<FlatSamples>>,
+    options: &WriteOptions,
+    w: &mut dyn Write,
+) -> Result<()> {
     let mut attributes = LayerAttributes { layer_name: None, ..LayerAttributes::named("") };
     for (name, text) in &options.metadata {
         attributes.other.insert(attribute_name(name)?, AttributeValue::Text(utf8(text)));
     }
-    let size = (image.width() as usize, image.height() as usize);
+    let size = (width as usize, height as usize);
     let encoding = Encoding { compression: ::exr::prelude::Compression::ZIP16, ..Encoding::SMALL_LOSSLESS };
-    let layer = Layer::new(size, attributes, encoding, AnyChannels::sort(list.collect()));
+    let layer = Layer::new(size, attributes, encoding, AnyChannels::sort(channels.collect()));
     let mut file = Cursor::new(Vec::new());
     ::exr::prelude::Image::from_layer(layer)
         .write()
@@ -108,8 +123,16 @@ impl From<::exr::error::Error> for Fault {
 }
 
 pub fn decode(bytes: &[u8], space: ColorSpace) -> Result<Decoded> {
+    reported(bytes, |cursor, bytes| decode_from(cursor, bytes, space))
+}
+
+/// Runs a decoder and tells its fault with the place it had reached.
+fn reported<'a, T>(
+    bytes: &'a [u8],
+    run: impl FnOnce(&mut Cursor<&'a [u8]>, &'a [u8]) -> std::result::Result<T, Fault>,
+) -> Result<T> {
     let mut cursor = Cursor::new(bytes);
-    decode_from(&mut cursor, bytes, space).map_err(|fault| {
+    run(&mut cursor, bytes).map_err(|fault| {
         let mut source = Source { format: Format::Exr, bytes, at: cursor.position() as usize };
         match fault {
             Fault::Ours(kind) => kind,
@@ -168,6 +191,7 @@ fn decode_from(
     // Headers first, with nothing allocated for pixels.
     let reader = ::exr::block::read(cursor, false)?;
     let source = Source::new(Format::Exr, bytes);
+    check_channel_count(&source, reader.headers()).map_err(Fault::Ours)?;
     let choice = choose(reader.headers()).ok_or_else(|| {
         let found = channel_names(reader.headers());
         Fault::Ours(source.unsupported(found, "a flat layer with channels R, G, B or Y"))
@@ -242,7 +266,7 @@ fn read_line<'a>(
 /// The first flat layer with R, G, B (and A), else the first with Y (and A), else the same with a common prefix such
 /// as `diffuse.`.
 fn choose(headers: &[Header]) -> Option<Choice> {
-    let wanted = [NAMES[2], NAMES[0]];
+    let wanted: [&[&str]; 2] = [&["R", "G", "B"], &["Y"]];
     let flat = || headers.iter().enumerate().filter(|(_, h)| !h.deep);
     for colors in wanted {
         for (layer, header) in flat() {
@@ -285,6 +309,15 @@ fn channel_names(headers: &[Header]) -> String {
         format!("{}channels {}", if h.deep { "deep " } else { "" }, names.join(", ").escape_debug())
     };
     headers.iter().take(4).map(name).collect::<Vec<_>>().join("; ")
+}
+
+/// Refuses headers with very many channels.
+fn check_channel_count(source: &Source<'_>, headers: &[Header]) -> Result<()> {
+    let count = headers.iter().map(|h| h.channels.list.len()).max().unwrap_or(0);
+    if count > MAX_CHANNELS {
+        return Err(source.unsupported(format!("{count} channels"), format!("at most {MAX_CHANNELS}")));
+    }
+    Ok(())
 }
 
 /// Refuses sizes, and rows of many channels, that the file cannot hold.
