@@ -8,8 +8,9 @@ const ABSOLUTE: f64 = 1e-8;
 const RELATIVE: f64 = 1e-4;
 /// A bin is halved in both angles at most this often.
 const DEEPEST: u32 = 9;
-/// A bin whose count is off by more than 3 deviations at first is integrated again, halved at least this
-/// often: a narrow lobe may have slipped between the nodes. A right density only gains from that.
+/// A bin whose count is off by more than 3 deviations at first, or that has counts but no density, is integrated
+/// again, halved at least this often: a narrow lobe or the edge of a support may have slipped between the nodes.
+/// A right density only gains from that.
 const DEEP: u32 = 4;
 /// Error granted to the integral of the density.
 const MASS_TOLERANCE: f64 = 2e-3;
@@ -177,7 +178,9 @@ impl DensityCheck {
         let whole = patch.gauss(f);
         let share = patch.adaptive(f, whole, 0, 0);
         let off = (share * n - observed).abs();
-        if off > 3.0 * (share * n).max(observed).sqrt() { patch.adaptive(f, share, 0, DEEP) } else { share }
+        let missed = share == 0.0 && observed > 0.0;
+        let doubtful = missed || off > 3.0 * (share * n).max(observed).sqrt();
+        if doubtful { patch.adaptive(f, share, 0, DEEP) } else { share }
     }
 
     fn patch(&self, index: usize) -> Patch {
