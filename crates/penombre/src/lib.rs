@@ -6,8 +6,8 @@
 //!
 //! This crate opens no file or socket, prints nothing, reads no clock and keeps no global state.
 //!
-//! Rooms, each importing only those before it: `texture, shape, material, light, camera, scene, sampler, film,
-//! integrator, render`.
+//! Rooms, each importing only those before it: `texture, shape, bsdf, material, light, camera, scene, sampler,
+//! film, integrator, render`.
 #![forbid(unsafe_code)]
 
 mod registry;
@@ -15,6 +15,8 @@ mod registry;
 pub mod texture;
 
 pub mod shape;
+
+pub mod bsdf;
 
 pub mod material;
 
