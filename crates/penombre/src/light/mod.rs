@@ -2,6 +2,10 @@
 //!
 //! In the `classic` integrator a light's shape is no surface: rays do not see it, it hides nothing, it shines to
 //! both sides, and its light does not fall off with distance.
+//!
+//! [`sampling`] holds what the physically based integrators need: directions towards lights and their densities.
+
+pub mod sampling;
 
 use crate::registry::{Context, registry};
 use penombre_math::{Spectrum, Vec2, Vec3};
