@@ -19,8 +19,12 @@ use crate::query::Query;
 use crate::traverse::{ReadyRay, Stack, Walker, room};
 use crate::{Ray, ready};
 
-/// Rays in flight.
-const IN_FLIGHT: usize = 32;
+/// Rays in flight: a multiple of eight, 64 at most. (Measured against 32: shadow rays in large trees 5 to 9 % faster, others 2 to 6 %; 64
+/// are no faster.)
+const IN_FLIGHT: usize = 48;
+
+/// Some of the slots, as bits.
+type Places = u64;
 
 /// A ray in flight.
 struct Slot<'a, Q> {
@@ -131,15 +135,15 @@ struct Flight<'a, Q: Query, P> {
     /// What is next for each, as [`ChildRef`].
     nexts: [u32; IN_FLIGHT],
     /// Triangles that may be met there, as bits.
-    open: [u32; IN_FLIGHT],
+    open: [Places; IN_FLIGHT],
 }
 
 impl<'a, Q: Query, P: FnMut(usize, Q::Answer)> Flight<'a, Q, P> {
     /// A step of each ray. Returns the slots that are empty afterwards, as bits.
     #[inline(always)]
-    fn round<M: Machine>(&mut self) -> u32 {
+    fn round<M: Machine>(&mut self) -> Places {
         let [nodes, triangles, ends] = self.take_turns::<M>();
-        let others = !(nodes | triangles | ends) & (u64::MAX >> (64 - self.slots.len())) as u32;
+        let others = !(nodes | triangles | ends) & Places::MAX >> (Places::BITS as usize - self.slots.len());
         self.visit_nodes::<M>(nodes);
         let (mut met, mut content) = (self.visit_triangles::<M>(triangles), 0);
         while met != 0 {
@@ -151,7 +155,7 @@ impl<'a, Q: Query, P: FnMut(usize, Q::Answer)> Flight<'a, Q, P> {
 
     /// Finds out what is next for each ray; returns the slots where that is a node, triangles, the end.
     #[inline(always)]
-    fn take_turns<M: Machine>(&mut self) -> [u32; 3] {
+    fn take_turns<M: Machine>(&mut self) -> [Places; 3] {
         let large = self.rest.tree.large;
         for place in 0..self.slots.len() {
             let (len, limit) = (item_mut(&mut self.lens, place), *item(&self.limits, place));
@@ -161,14 +165,14 @@ impl<'a, Q: Query, P: FnMut(usize, Q::Answer)> Flight<'a, Q, P> {
             }
             *item_mut(&mut self.nexts, place) = next.0;
         }
-        let all = (u64::MAX >> (64 - self.slots.len())) as u32;
+        let all = Places::MAX >> (Places::BITS as usize - self.slots.len());
         let mut kinds = [0; 3];
         let mut group = 0;
         while group < IN_FLIGHT / 8 {
             let found = M::kinds(eight_of(&self.nexts, 8 * group));
-            kinds[0] |= found[0] << (8 * group) & all;
-            kinds[1] |= found[1] << (8 * group) & all;
-            kinds[2] |= found[2] << (8 * group) & all;
+            kinds[0] |= Places::from(found[0]) << (8 * group) & all;
+            kinds[1] |= Places::from(found[1]) << (8 * group) & all;
+            kinds[2] |= Places::from(found[2]) << (8 * group) & all;
             group += 1;
         }
         kinds
@@ -181,7 +185,7 @@ impl<'a, Q: Query, P: FnMut(usize, Q::Answer)> Flight<'a, Q, P> {
     }
 
     #[inline(always)]
-    fn visit_nodes<M: Machine>(&mut self, places: u32) {
+    fn visit_nodes<M: Machine>(&mut self, places: Places) {
         let mut rest = places;
         while rest != 0 {
             let place = take(&mut rest);
@@ -200,50 +204,50 @@ impl<'a, Q: Query, P: FnMut(usize, Q::Answer)> Flight<'a, Q, P> {
 
     /// Finds out which triangles may be met; returns the slots where there are any.
     #[inline(always)]
-    fn visit_triangles<M: Machine>(&mut self, places: u32) -> u32 {
+    fn visit_triangles<M: Machine>(&mut self, places: Places) -> Places {
         let (mut rest, mut met) = (places, 0);
         while rest & rest.wrapping_sub(1) != 0 {
             let places = [take(&mut rest), take(&mut rest)];
             let [(b0, r0, l0), (b1, r1, l1)] = [self.block(places[0]), self.block(places[1])];
             let [o0, o1] = M::met_by_two([b0, b1], [r0, r1], [l0, l1]);
-            *item_mut(&mut self.open, places[0]) = o0;
-            *item_mut(&mut self.open, places[1]) = o1;
-            met |= u32::from(o0 != 0) << places[0] | u32::from(o1 != 0) << places[1];
+            *item_mut(&mut self.open, places[0]) = o0.into();
+            *item_mut(&mut self.open, places[1]) = o1.into();
+            met |= Places::from(o0 != 0) << places[0] | Places::from(o1 != 0) << places[1];
         }
         if rest != 0 {
             let place = take(&mut rest);
             let (block, ray, limit) = self.block(place);
             let open = block.met_before::<M>(ray, limit);
-            *item_mut(&mut self.open, place) = open;
-            met |= u32::from(open != 0) << place;
+            *item_mut(&mut self.open, place) = open.into();
+            met |= Places::from(open != 0) << place;
         }
         met
     }
 
     /// Meets one triangle in each of these slots. Returns those where there are more.
     #[inline(always)]
-    fn meet_triangles<M: Machine>(&mut self, places: u32, content: &mut u32) -> u32 {
+    fn meet_triangles<M: Machine>(&mut self, places: Places, content: &mut Places) -> Places {
         let (mut rest, mut more) = (places, 0);
         while rest != 0 {
             let place = take(&mut rest);
             let next = self.next(place);
             let (slot, open) = (item_mut(&mut self.slots, place), item_mut(&mut self.open, place));
             let lane = take(open);
-            more |= u32::from(*open != 0) << place;
+            more |= Places::from(*open != 0) << place;
             let over = slot.walker.meet_triangle::<M, Q>(next, lane, &mut slot.query);
             *item_mut(&mut self.limits, place) = slot.walker.limit();
-            *content |= u32::from(over) << place;
+            *content |= Places::from(over) << place;
         }
         more & !*content
     }
 
     /// Visits what is neither node nor triangles nor the end of a tree.
     #[inline(always)]
-    fn visit_others(&mut self, places: u32, content: &mut u32) {
+    fn visit_others(&mut self, places: Places, content: &mut Places) {
         let mut rest = places;
         while rest != 0 {
             let place = take(&mut rest);
-            *content |= u32::from(self.visit_other(place)) << place;
+            *content |= Places::from(self.visit_other(place)) << place;
         }
     }
 
@@ -259,7 +263,7 @@ impl<'a, Q: Query, P: FnMut(usize, Q::Answer)> Flight<'a, Q, P> {
 
     /// Ends rays, unless they only leave an instance; others begin in their places. Returns the slots where none did.
     #[inline(always)]
-    fn end<M: Machine>(&mut self, places: u32) -> u32 {
+    fn end<M: Machine>(&mut self, places: Places) -> Places {
         let (mut rest, mut landed) = (places, 0);
         while rest != 0 {
             let place = take(&mut rest);
@@ -269,7 +273,7 @@ impl<'a, Q: Query, P: FnMut(usize, Q::Answer)> Flight<'a, Q, P> {
                 continue;
             }
             (self.rest.put)(slot.index, slot.walker.answer::<M, Q>(&slot.query));
-            landed |= u32::from(!self.begin::<M>(place)) << place;
+            landed |= Places::from(!self.begin::<M>(place)) << place;
         }
         landed
     }
@@ -299,7 +303,7 @@ impl<'a, Q: Query, P: FnMut(usize, Q::Answer)> Flight<'a, Q, P> {
 
 /// Takes the lowest bit out of several; returns its place.
 #[inline(always)]
-fn take(bits: &mut u32) -> usize {
+fn take(bits: &mut Places) -> usize {
     let place = bits.trailing_zeros();
     *bits &= bits.wrapping_sub(1);
     place as usize
