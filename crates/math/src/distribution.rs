@@ -37,6 +37,7 @@ pub struct DiscreteSample {
 pub struct Distribution1D {
     /// Shares of the bins before each bin, and 1.
     cdf: Vec<f32>,
+    guide: Vec<u32>,
     integral: f32,
 }
 
@@ -50,7 +51,7 @@ impl Distribution1D {
         }
         let mut cdf = Vec::with_capacity(weights.len() + 1);
         let total = push_cdf(weights.iter().map(|&w| usable(w)), &mut cdf);
-        Some(Self { cdf, integral: (total / weights.len() as f64) as f32 })
+        Some(Self { guide: guide(&cdf), cdf, integral: (total / weights.len() as f64) as f32 })
     }
 
     /// The number of bins, at least 1.
@@ -66,7 +67,7 @@ impl Distribution1D {
 
     /// The point with the share `u` ∈ [0, 1) of probability below it.
     pub fn sample(&self, u: f32) -> Sample1D {
-        sample_cdf(&self.cdf, u)
+        sample_cdf(&self.cdf, &self.guide, u)
     }
 
     /// Density at `x`; 0 outside [0, 1) and for NaN.
@@ -76,7 +77,7 @@ impl Distribution1D {
 
     /// A bin, drawn with its probability by `u` ∈ [0, 1).
     pub fn sample_discrete(&self, u: f32) -> DiscreteSample {
-        let found = find(&self.cdf, u);
+        let found = find(&self.cdf, &self.guide, u);
         DiscreteSample {
             index: found.index,
             probability: share(&self.cdf, found.index),
@@ -109,6 +110,7 @@ pub struct Distribution2D {
     rows: Distribution1D,
     /// Per row what `Distribution1D` keeps, `width + 1` numbers.
     columns: Vec<f32>,
+    guides: Vec<u32>,
     width: usize,
 }
 
@@ -126,8 +128,10 @@ impl Distribution2D {
             .collect();
         let mut cdf = Vec::with_capacity(height + 1);
         let total = push_cdf(totals.into_iter(), &mut cdf);
-        let rows = Distribution1D { cdf, integral: (total / weights.len() as f64) as f32 };
-        Some(Self { rows, columns, width })
+        let integral = (total / weights.len() as f64) as f32;
+        let rows = Distribution1D { guide: guide(&cdf), cdf, integral };
+        let guides = columns.chunks_exact(width + 1).flat_map(guide).collect();
+        Some(Self { rows, columns, guides, width })
     }
 
     /// Cells along a row.
@@ -149,7 +153,9 @@ impl Distribution2D {
     /// The point of the uniform point `u` ∈ [0, 1)²: `u.y` chooses the row, then `u.x` the place in it.
     pub fn sample(&self, u: Vec2) -> Sample2D {
         let y = self.rows.sample(u.y);
-        let x = sample_cdf(self.row(y.index), u.x);
+        let buckets = buckets(self.width);
+        let guide = &self.guides[y.index * buckets..(y.index + 1) * buckets];
+        let x = sample_cdf(self.row(y.index), guide, u.x);
         Sample2D { point: Vec2::new(x.x, y.x), pdf: x.pdf * y.pdf, column: x.index, row: y.index }
     }
 
@@ -213,19 +219,46 @@ struct Place {
     inside: f32,
 }
 
-fn find(cdf: &[f32], u: f32) -> Place {
+/// Buckets in which the guide of so many bins divides the uniform numbers.
+fn buckets(bins: usize) -> usize {
+    bins.div_ceil(2)
+}
+
+/// For each bucket of uniform numbers the bin in which it begins: searches end after a step or two.
+fn guide(cdf: &[f32]) -> Vec<u32> {
+    let buckets = buckets(cdf.len() - 1);
+    let begin = |k: usize| (k as f64 / buckets as f64) as f32;
+    (0..buckets).map(|k| (cdf.partition_point(|&c| c <= begin(k)) - 1) as u32).collect()
+}
+
+/// The last bin that begins at or below u.
+#[inline]
+fn last_below(cdf: &[f32], guide: &[u32], u: f32) -> usize {
+    let bucket = (f64::from(u) * guide.len() as f64) as usize;
+    let low = guide.get(bucket).map_or(0, |i| *i as usize);
+    let high = guide.get(bucket + 1).map_or(cdf.len() - 1, |i| *i as usize + 1);
+    match cdf.get(low..=high) {
+        // Rounding may have chosen the neighbouring bucket.
+        Some(part) if part[0] <= u && part[part.len() - 1] > u => low + part.partition_point(|&c| c <= u) - 1,
+        _ => cdf.partition_point(|&c| c <= u) - 1,
+    }
+}
+
+#[inline]
+fn find(cdf: &[f32], guide: &[u32], u: f32) -> Place {
     // NaN and numbers out of range go to an end.
     let u = if u >= 0.0 { u.min(1.0f32.next_down()) } else { 0.0 };
     // The last bin that begins at or below u: later bins of zero width begin there too only if the share is
     // theirs.
-    let index = cdf.partition_point(|&c| c <= u) - 1;
+    let index = last_below(cdf, guide, u);
     let inside = ((u - cdf[index]) / share(cdf, index)).min(1.0f32.next_down());
     Place { index, inside }
 }
 
-fn sample_cdf(cdf: &[f32], u: f32) -> Sample1D {
+#[inline]
+fn sample_cdf(cdf: &[f32], guide: &[u32], u: f32) -> Sample1D {
     let count = cdf.len() - 1;
-    let Place { index, inside } = find(cdf, u);
+    let Place { index, inside } = find(cdf, guide, u);
     let x = ((index as f64 + f64::from(inside)) / count as f64) as f32;
     Sample1D { x: keep_inside(x, index, count), pdf: share(cdf, index) * count as f32, index }
 }

@@ -13,6 +13,7 @@ pub mod distribution;
 pub mod float;
 pub mod frame;
 pub mod hash;
+pub mod quick;
 pub mod rounding;
 pub mod sobol;
 pub mod spectrum;
