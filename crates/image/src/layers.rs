@@ -14,9 +14,9 @@ use crate::image::Image;
 /// |---|---|
 /// | `""` | radiance, linear Rec. 709 |
 /// | `albedo` | share of light that comes back, 0 to 1, linear Rec. 709 |
-/// | `normal` | unit vector in world space |
+/// | `normal` | unit vector in world space; a mean of some may be shorter |
 /// | `position` | point in world space, metres |
-/// | `depth` | distance from the camera, metres |
+/// | `depth` | distance from the camera along the viewing direction, metres |
 /// | `uv` | texture coordinates |
 /// | `variance` | variance of the pixel's mean, by colour |
 /// | `object-id`, `material-id`, `samples` | whole numbers, best kept as [`Samples::U32`] |
