@@ -1,7 +1,7 @@
 //! `quad`: light from a parallelogram, the source of soft shadows.
 //!
 //! The points `origin` + u·`sides[0]` + v·`sides[1]` with u, v in 0..1. Physically based integrators see a surface
-//! that emits `radiance` on the side of sides\[0\] × sides\[1\]; `classic` sends `shadow_samples` shadow rays to
+//! that emits `radiance` on the side of sides\[0\] × sides\[1\], or on both; `classic` sends `shadow_samples` shadow rays to
 //! random points of it and uses `color`.
 //!
 //! ```toml
@@ -11,25 +11,36 @@
 //! sides = [[1, 0, 0], [0, 0, 1]]
 //! color = [1, 1, 1]
 //! radiance = [12, 12, 12]
+//! two_sided = false
 //! shadow_samples = 16
 //! ```
 
-use super::{COLOR, Light};
+use super::sampling::{Parallelogram, power};
+use super::{COLOR, Light, LightSample, RADIANCE, SHADOW_SAMPLES, TWO_SIDED};
 use crate::registry::Context;
+use crate::shape::AnyShape;
+use crate::shape::quad::Quad;
 use penombre_math::{Spectrum, Vec2, Vec3};
 use penombre_scene::params::Params;
-use penombre_scene::{Kind, ParamDefault, ParamSpec, Range};
-
-/// Most shadow rays per shaded point and light.
-const MOST_SHADOW_SAMPLES: f64 = 65536.0;
+use penombre_scene::{Kind, ParamSpec};
 
 /// Light from a parallelogram.
 #[derive(Clone, Debug, PartialEq)]
 pub struct QuadLight {
     origin: Vec3,
     sides: [Vec3; 2],
+    /// `None`: it has no area.
+    shape: Option<Parallelogram>,
     color: Spectrum,
+    radiance: Spectrum,
+    two_sided: bool,
     shadow_samples: u32,
+}
+
+impl QuadLight {
+    fn normal(&self) -> Vec3 {
+        self.shape.map_or(Vec3::ZERO, |shape| shape.normal())
+    }
 }
 
 impl Light for QuadLight {
@@ -38,26 +49,20 @@ impl Light for QuadLight {
         ParamSpec::required("origin", Kind::Vec3, "One corner.").unit("m"),
         ParamSpec::required("sides", Kind::Sides, "The two edges that leave that corner.").unit("m"),
         COLOR,
-        ParamSpec::with_default(
-            "radiance",
-            Kind::Color(Range::NON_NEGATIVE),
-            ParamDefault::Color([1.0; 3]),
-            "Emitted radiance; physically based integrators only.",
-        )
-        .unit("W/(sr m²)"),
-        ParamSpec::with_default(
-            "shadow_samples",
-            Kind::Int(Range::closed(1.0, MOST_SHADOW_SAMPLES)),
-            ParamDefault::Int(16),
-            "Shadow rays per shaded point in `classic`.",
-        ),
+        RADIANCE,
+        TWO_SIDED,
+        SHADOW_SAMPLES,
     ];
 
     fn build(p: &Params, _: &mut Context<'_, '_>) -> Option<Self> {
+        let (origin, sides) = (p.vec3("origin"), p.sides("sides"));
         Some(Self {
-            origin: p.vec3("origin"),
-            sides: p.sides("sides"),
+            origin,
+            sides,
+            shape: Parallelogram::new(origin, sides),
             color: Spectrum::from_rgb(p.color("color")),
+            radiance: Spectrum::from_rgb(p.color("radiance")),
+            two_sided: p.bool("two_sided"),
             shadow_samples: p.int("shadow_samples") as u32,
         })
     }
@@ -76,5 +81,47 @@ impl Light for QuadLight {
 
     fn sample_point(&self, u: Vec2) -> Vec3 {
         self.origin + self.sides[0] * u.x + self.sides[1] * u.y
+    }
+
+    #[inline]
+    fn parallelogram(&self) -> Option<(Vec3, [Vec3; 2])> {
+        Some((self.origin, self.sides))
+    }
+
+    fn surface(&self) -> Option<AnyShape> {
+        Some(AnyShape::Quad(Quad::new(self.origin, self.sides)?))
+    }
+
+    #[inline]
+    fn sample_towards(&self, from: Vec3, u: Vec2) -> Option<LightSample> {
+        let sample = self.seen_from(from)?.sample_from(from, u)?;
+        Some(LightSample::of_shape(sample, self.normal(), self.radiance))
+    }
+
+    #[inline]
+    fn pdf_towards(&self, from: Vec3, _: Vec3, distance: f32) -> f32 {
+        self.seen_from(from).map_or(0.0, |shape| shape.pdf_from(from, distance))
+    }
+
+    #[inline]
+    fn emitted(&self, normal: Vec3, wo: Vec3) -> Spectrum {
+        if self.two_sided || normal.dot(wo) > 0.0 { self.radiance } else { Spectrum::BLACK }
+    }
+
+    fn rectangle(&self) -> Option<(Vec3, [Vec3; 2], Spectrum)> {
+        (!self.two_sided).then_some((self.origin, self.sides, self.radiance))
+    }
+
+    fn power(&self, _: f32) -> f32 {
+        let area = self.shape.map_or(0.0, |shape| shape.area());
+        power::of_surface(self.radiance.luminance(), area, self.two_sided)
+    }
+}
+
+impl QuadLight {
+    /// Its shape if it shines towards that point.
+    #[inline]
+    fn seen_from(&self, from: Vec3) -> Option<&Parallelogram> {
+        self.shape.as_ref().filter(|shape| self.two_sided || shape.faces(from))
     }
 }

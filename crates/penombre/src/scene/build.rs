@@ -1,10 +1,13 @@
 //! From description to scene.
 
+use super::emitters::Emitters;
 use super::shapes::{Appearance, Shapes};
+use super::specular::SpecularSpheres;
 use super::{Named, Scene};
 use crate::camera::AnyCamera;
 use crate::light::AnyLight;
 use crate::material::AnyMaterial;
+use crate::material::emissive::Emissive;
 use crate::registry::Context;
 use crate::shape::AnyShape;
 use crate::texture::AnyTexture;
@@ -27,14 +30,15 @@ pub const INSTANCE_SCHEMA: &[ParamSpec] = &[
 impl Scene {
     /// Builds a scene. All faults go to `out`; `None` if any of them is an error.
     ///
-    /// `aspect` is width over height of the image; it matters only for the camera that a scene without one gets.
+    /// `aspect` is width over height of the image; it matters only for the camera that a scene without one gets. Lights
+    /// with an extent are surfaces of the scene if `solid_lights` says so.
     pub fn build(
         description: &SceneDescription,
         assets: &Assets,
-        aspect: f32,
+        (aspect, solid_lights): (f32, bool),
         out: &mut Diagnostics,
     ) -> Option<Arc<Self>> {
-        Builder { description, assets, out }.scene(None, aspect)
+        Builder { description, assets, out, solid_lights }.scene(None, aspect)
     }
 
     /// The same, faster where the shapes and instances of the description are those from which `previous` was built:
@@ -47,10 +51,10 @@ impl Scene {
         previous: &Self,
         description: &SceneDescription,
         assets: &Assets,
-        aspect: f32,
+        (aspect, solid_lights): (f32, bool),
         out: &mut Diagnostics,
     ) -> Option<Arc<Self>> {
-        Builder { description, assets, out }.scene(Some(&previous.shapes), aspect)
+        Builder { description, assets, out, solid_lights }.scene(Some(&previous.shapes), aspect)
     }
 
     /// True if both scenes hold the same shapes in memory, so that what was derived from the shapes of one holds for
@@ -64,6 +68,7 @@ struct Builder<'a, 'd> {
     description: &'a SceneDescription,
     assets: &'a Assets,
     out: &'d mut Diagnostics,
+    solid_lights: bool,
 }
 
 impl Builder<'_, '_> {
@@ -74,29 +79,44 @@ impl Builder<'_, '_> {
         let known = known.filter(|s| slots.is_some() && s.are_of(self.description, self.assets));
         let textures = self.all(Role::Texture, AnyTexture::build);
         let mut materials = self.all(Role::Material, AnyMaterial::build);
-        let shapes = if known.is_none() { self.all(Role::Shape, AnyShape::build) } else { Vec::new() };
         let lights = self.all(Role::Light, AnyLight::build);
+        let surfaces = if self.solid_lights { surfaces_of(&lights) } else { Vec::new() };
+        let known = known.filter(|s| s.have_surfaces(&surfaces));
+        let mut shapes = if known.is_none() { self.all(Role::Shape, AnyShape::build) } else { Vec::new() };
         let cameras = self.all(Role::Camera, AnyCamera::build);
         let instances = if known.is_none() { self.instances() } else { Vec::new() };
         if self.out.has_errors() {
             return None;
         }
         materials.push(Named { name: String::new(), value: AnyMaterial::default() });
+        let mut slots = slots?;
+        if !surfaces.is_empty() {
+            slots.extend(surfaces.iter().map(|_| vec![materials.len() as u32]));
+            materials.push(Named { name: String::new(), value: AnyMaterial::Emissive(Emissive::OF_LIGHTS) });
+        }
         let shapes = match known {
             Some(shapes) => shapes.clone(),
             None => {
                 let source = (self.description, self.assets);
-                Arc::new(Shapes::place(shapes, &instances, source, self.out)?)
+                let lights = surfaces.iter().map(|(light, _)| *light).collect();
+                shapes.extend(surfaces.into_iter().map(|(_, surface)| surface));
+                Arc::new(Shapes::place(shapes, &instances, lights, source, self.out)?)
             }
         };
         let mut scene = Scene {
             shapes,
-            slots: slots?,
+            slots,
             materials,
             textures: textures.into_iter().map(|t| t.value).collect(),
             lights,
             cameras,
+            emitters: Emitters::default(),
+            specular: SpecularSpheres::default(),
+            cut_outs: Vec::new(),
         };
+        scene.emitters = Emitters::of(&scene, self.solid_lights);
+        scene.specular = SpecularSpheres::of(&scene);
+        scene.cut_outs = scene.find_cut_outs();
         self.complete(&mut scene, aspect);
         (!self.out.has_errors()).then(|| Arc::new(scene))
     }
@@ -172,16 +192,24 @@ impl Builder<'_, '_> {
             self.out.advice("scene::no-camera", Span::NONE, message).help =
                 "add [camera.main] with type = \"perspective\", position and target".to_owned();
         }
-        if scene.shapes.list.is_empty() {
+        if scene.shapes.own() == 0 {
             let message = "the scene has no shape: the image is background";
             self.out.warning("scene::no-shape", Span::NONE, message).help =
                 "add [shape.NAME] with type = \"sphere\", \"quad\", \"disk\" or \"mesh\"".to_owned();
-        } else if scene.lights.is_empty() {
+        } else if scene.lights.is_empty() && !scene.has_emissive_shapes() {
             let message = "the scene has no light: only ambient light is seen";
             self.out.warning("scene::no-light", Span::NONE, message).help =
                 "add [light.NAME] with type = \"point\" and position".to_owned();
         }
     }
+}
+
+/// The surfaces of lights with an extent: index of the light and its shape.
+fn surfaces_of(lights: &[Named<AnyLight>]) -> Vec<(u32, Named<AnyShape>)> {
+    let surface = |(light, index): (&Named<AnyLight>, u32)| {
+        Some((index, Named { name: light.name.clone(), value: light.value.surface()? }))
+    };
+    lights.iter().zip(0..).filter_map(surface).collect()
 }
 
 fn unit_box() -> Bounds3 {

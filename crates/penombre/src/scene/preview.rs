@@ -16,9 +16,9 @@ pub struct Placement {
 }
 
 impl Scene {
-    /// Number of shapes.
+    /// Number of shapes, the surfaces of lights left out.
     pub fn shapes(&self) -> usize {
-        self.shapes.list.len()
+        self.shapes.own()
     }
 
     /// Triangles that look like a shape.
@@ -33,14 +33,23 @@ impl Scene {
 
     /// All appearances of all shapes.
     pub fn placements(&self) -> impl Iterator<Item = Placement> {
-        self.shapes.placed.iter().map(|p| Placement { shape: p.shape, to_world: p.to_world })
+        self.shapes.placed_shapes().iter().map(|p| Placement { shape: p.shape, to_world: p.to_world })
     }
 
     /// A material in Phong's terms at surface coordinates, for a white vertex colour, seen from right above.
     pub fn material_view(&self, material: u32, uv: Vec2) -> PhongView {
         let point = TexturePoint { uv };
         let (normal, wo) = (Vec3::Z, Vec3::Z);
-        let shade = Shade { point, normal, wo, vertex_color: Spectrum::WHITE, textures: &self.textures };
+        let shade = Shade {
+            point,
+            normal,
+            wo,
+            outside: true,
+            vertex_color: Spectrum::WHITE,
+            textures: &self.textures,
+            materials: &self.materials,
+            u: 0.0,
+        };
         self.materials[material as usize].value.phong_view(&shade)
     }
 }

@@ -3,6 +3,7 @@
 //! To build them takes most of the time of building a scene. They do not change, and scenes whose descriptions differ
 //! in other things share them.
 
+use super::emitters::NO_EMITTER;
 use super::{Hierarchy, Named};
 use crate::shape::AnyShape;
 use penombre_bvh::{Bvh, Geometry, Instance};
@@ -18,10 +19,12 @@ use std::sync::{Arc, Weak};
 pub(super) struct Shapes {
     pub bvh: Bvh,
     pub hierarchy: Hierarchy,
-    /// In file order.
+    /// In file order, then the surfaces of lights.
     pub list: Vec<Named<AnyShape>>,
-    /// By geometry of the acceleration structure's upper level.
+    /// By geometry of the acceleration structure's upper level; the surfaces of lights come last.
     pub placed: Vec<Placed>,
+    /// For each surface of a light, the light's index.
+    pub lights: Vec<u32>,
     /// A box around all of them, world space.
     pub bounds: Bounds3,
     origins: Vec<Origin>,
@@ -69,22 +72,22 @@ fn sources<'a>(
 
 impl Shapes {
     /// Puts all appearances of all shapes into one acceleration structure. The shapes and instances are those of
-    /// `description` and `assets`.
+    /// `description` and `assets`; the last of the shapes are the surfaces of those `lights`.
     pub fn place(
         list: Vec<Named<AnyShape>>,
         instances: &[Appearance],
+        lights: Vec<u32>,
         (description, assets): (&SceneDescription, &Assets),
         out: &mut Diagnostics,
     ) -> Option<Self> {
         let nested = nested(&list, instances, out)?;
-        let own = (0..list.len() as u32).map(|shape| Appearance {
-            shape,
-            map: DAffine3::IDENTITY,
-            span: Span::NONE,
-        });
+        let still = |shape| Appearance { shape, map: DAffine3::IDENTITY, span: Span::NONE };
+        let first_light = (list.len() - lights.len()) as u32;
+        let own = (0..first_light).map(still);
+        let surfaces = (first_light..list.len() as u32).map(still);
         let mut placed = Vec::new();
         let mut geometries = Vec::new();
-        for appearance in own.chain(instances.iter().map(|i| Appearance { ..*i })) {
+        for appearance in own.chain(instances.iter().map(|i| Appearance { ..*i })).chain(surfaces) {
             let shape = &list[appearance.shape as usize];
             let Some(bvh) = nested.get(&appearance.shape) else {
                 geometries.push(shape.value.geometry());
@@ -114,7 +117,34 @@ impl Shapes {
         };
         let origins = sources(description, assets).map(origin).collect();
         let hierarchy = Hierarchy::of(&bvh, &nested);
-        Some(Self { bounds: bvh.bounds(), bvh, hierarchy, list, placed, origins })
+        Some(Self { bounds: bvh.bounds(), bvh, hierarchy, list, placed, lights, origins })
+    }
+
+    /// Number of shapes that are not surfaces of lights.
+    pub fn own(&self) -> usize {
+        self.list.len() - self.lights.len()
+    }
+
+    /// All appearances but those of the surfaces of lights.
+    pub fn placed_shapes(&self) -> &[Placed] {
+        &self.placed[..self.placed.len() - self.lights.len()]
+    }
+
+    /// The emitter of a geometry of the upper level, or [`NO_EMITTER`].
+    #[inline]
+    pub fn emitter_of(&self, placed: u32) -> u32 {
+        let first = self.placed.len() - self.lights.len();
+        let light = (placed as usize).checked_sub(first).and_then(|i| self.lights.get(i));
+        light.map_or(NO_EMITTER, |light| *light)
+    }
+
+    /// True if the surfaces of lights are these: index of the light and its shape.
+    pub fn have_surfaces(&self, surfaces: &[(u32, Named<AnyShape>)]) -> bool {
+        let own = self.lights.iter().zip(&self.list[self.own()..]);
+        own.len() == surfaces.len()
+            && own.zip(surfaces).all(|((light, own), (other, surface))| {
+                light == other && own.name == surface.name && same_surface(&own.value, &surface.value)
+            })
     }
 
     /// True if building the shapes and instances of a description would give these. Nodes that the description
@@ -123,6 +153,16 @@ impl Shapes {
         let mut now = sources(description, assets);
         let mut same = |origin: &Origin| now.next().is_some_and(|(node, mesh)| origin.is(node, mesh));
         self.origins.iter().all(&mut same) && now.next().is_none()
+    }
+}
+
+/// True for surfaces of lights that are the same.
+fn same_surface(a: &AnyShape, b: &AnyShape) -> bool {
+    match (a, b) {
+        (AnyShape::Quad(a), AnyShape::Quad(b)) => a == b,
+        (AnyShape::Disk(a), AnyShape::Disk(b)) => a == b,
+        (AnyShape::Sphere(a), AnyShape::Sphere(b)) => a == b,
+        _ => false,
     }
 }
 

@@ -1,6 +1,7 @@
 //! What is inside a scene, counted.
 
 use super::{Named, Scene};
+use crate::shape::AnyShape;
 use penombre_math::Bounds3;
 
 /// How many things of one type there are.
@@ -36,17 +37,21 @@ pub struct Summary {
 }
 
 impl Scene {
+    fn own_shapes(&self) -> &[Named<AnyShape>] {
+        &self.shapes.list[..self.shapes.own()]
+    }
+
     /// Counts what is inside.
     pub fn summary(&self) -> Summary {
-        let triangles = self.shapes.list.iter().filter(|s| s.value.type_name() == "mesh");
+        let triangles = self.own_shapes().iter().filter(|s| s.value.type_name() == "mesh");
         Summary {
-            shapes: counts(self.shapes.list.iter().map(|s| s.value.type_name())),
+            shapes: counts(self.own_shapes().iter().map(|s| s.value.type_name())),
             materials: counts(given(&self.materials).map(|m| m.value.type_name())),
             textures: counts(self.textures.iter().map(|t| t.type_name())),
             lights: counts(self.lights.iter().map(|l| l.value.type_name())),
             cameras: self.cameras.iter().map(|c| c.name.clone()).collect(),
             triangles: triangles.map(|s| s.value.primitives()).sum(),
-            instances: self.shapes.placed.iter().filter(|p| p.to_world.is_some()).count(),
+            instances: self.shapes.placed_shapes().iter().filter(|p| p.to_world.is_some()).count(),
             bounds: self.bounds(),
             bvh_bytes: self.shapes.bvh.stats().bytes,
         }

@@ -50,8 +50,8 @@ pub fn rounded(p: DVec3, reach: f64) -> (Vec3, Vec3) {
 /// which moves it aside by a share of the distance. `anchor` is a point of the plane, `normal` its unit normal.
 pub fn on_plane(ray: &Ray, t: f32, anchor: DVec3, normal: DVec3, extent: f64, own: DVec3) -> DVec3 {
     let (origin, dir) = (ray.origin.as_dvec3(), ray.dir.as_dvec3());
-    let way = dir.length() * f64::from(t);
-    if extent <= way {
+    let t = f64::from(t);
+    if extent * extent <= dir.length_squared() * (t * t) {
         return own;
     }
     // Not the kernels' parameter: that is rounded, and a triangle's as coarsely as the triangle is large.

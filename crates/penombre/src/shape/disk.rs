@@ -33,6 +33,15 @@ pub struct Disk {
     remainder: Option<DAffine3>,
 }
 
+impl Disk {
+    /// In world space; `normal` of any length but 0. `None` if it has no area or leaves the range of single precision.
+    pub fn new(center: Vec3, normal: Vec3, radius: f32) -> Option<Self> {
+        let normal = normal.as_dvec3().try_normalize()?.as_vec3();
+        let sound = center.is_finite() && radius > 0.0 && radius.is_finite();
+        sound.then(|| Self { center, frame: Frame::from_z(normal), radius, remainder: None })
+    }
+}
+
 impl Shape for Disk {
     const TYPE_NAME: &'static str = "disk";
     const SCHEMA: &'static [ParamSpec] = &[
@@ -81,6 +90,7 @@ impl Shape for Disk {
             p_error,
             ng: self.frame.z,
             ns: self.frame.z,
+            bulge: [0.0; 2],
             uv: Vec2::new(u, v),
             color: Spectrum::WHITE,
             slot: 0,

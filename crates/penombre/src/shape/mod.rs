@@ -12,6 +12,7 @@ use penombre_math::{Bounds3, DAffine3, Spectrum, Vec2, Vec3};
 use penombre_scene::ParamSpec;
 use penombre_scene::params::Params;
 
+pub use common::uniform_scale;
 pub use tessellation::{Detail, Tessellation};
 
 /// What a shape knows of a hit, in the space of its geometry.
@@ -27,6 +28,8 @@ pub struct ShapePoint {
     pub ng: Vec3,
     /// Shading normal, unit; on the side of `ng`'s surface that the file says.
     pub ns: Vec3,
+    /// How far the smooth surface that the shading normals tell of lies beyond `p`, along `ns` and against it, metres.
+    pub bulge: [f32; 2],
     /// Surface coordinates.
     pub uv: Vec2,
     /// Interpolated vertex colour; white where there is none.
@@ -54,6 +57,12 @@ pub trait Shape: Send + Sync + Sized {
 
     /// What lies at a hit of that geometry. `ray` is in the geometry's space.
     fn point(&self, ray: &Ray, hit: &Hit) -> ShapePoint;
+
+    /// Surface coordinates and material slot at a hit: those of [`Shape::point`], sooner.
+    fn coordinates(&self, ray: &Ray, hit: &Hit) -> (Vec2, u32) {
+        let at = self.point(ray, hit);
+        (at.uv, at.slot)
+    }
 
     /// The part of the transform that the shape cannot take into itself (a sphere that becomes an ellipsoid): it
     /// is placed as an instance under this map.
@@ -90,6 +99,11 @@ macro_rules! shapes {
             /// What lies at a hit of that geometry.
             pub fn point(&self, ray: &Ray, hit: &Hit) -> ShapePoint {
                 match self { $(Self::$type(s) => s.point(ray, hit)),+ }
+            }
+
+            /// Surface coordinates and material slot at a hit.
+            pub fn coordinates(&self, ray: &Ray, hit: &Hit) -> (Vec2, u32) {
+                match self { $(Self::$type(s) => s.coordinates(ray, hit)),+ }
             }
 
             /// The part of the transform that the shape could not take into itself.

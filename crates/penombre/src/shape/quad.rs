@@ -49,6 +49,22 @@ impl Exact {
     }
 }
 
+impl Quad {
+    /// The points `origin` + u·`sides[0]` + v·`sides[1]` with u, v in 0..1; the outside is that of sides\[0\] ×
+    /// sides\[1\]. `None` if they have no area or leave the range of single precision.
+    pub fn new(origin: Vec3, sides: [Vec3; 2]) -> Option<Self> {
+        Self::with_normal(origin, sides.map(Vec3::as_dvec3))
+    }
+
+    fn with_normal(origin: Vec3, sides: [DVec3; 2]) -> Option<Self> {
+        let normal = sides[0].cross(sides[1]).normalize_or_zero().as_vec3();
+        let sides = sides.map(|s| s.as_vec3());
+        let corners = [origin + sides[0], origin + sides[1], origin + sides[0] + sides[1]];
+        let sound = normal.length_squared() > 0.0 && corners.iter().all(|c| c.is_finite());
+        sound.then(|| Self { origin, sides, normal, exact: Exact::new(origin, sides) })
+    }
+}
+
 impl Shape for Quad {
     const TYPE_NAME: &'static str = "quad";
     const SCHEMA: &'static [ParamSpec] = &[
@@ -62,14 +78,11 @@ impl Shape for Quad {
         let map = p.transform("transform");
         let origin = place(&map, p.vec3("origin"), p, context)?;
         let sides = p.sides("sides").map(|s| map.transform_vector3(s.as_dvec3()));
-        let normal = sides[0].cross(sides[1]).normalize_or_zero().as_vec3();
-        let sides = sides.map(|s| s.as_vec3());
-        let corners = [origin + sides[0], origin + sides[1], origin + sides[0] + sides[1]];
-        if normal.length_squared() == 0.0 || !corners.iter().all(|c| c.is_finite()) {
+        let quad = Self::with_normal(origin, sides);
+        if quad.is_none() {
             too_far(p, context);
-            return None;
         }
-        Some(Self { origin, sides, normal, exact: Exact::new(origin, sides) })
+        quad
     }
 
     fn geometry(&self) -> Geometry {
@@ -86,10 +99,15 @@ impl Shape for Quad {
             p_error,
             ng: self.normal,
             ns: self.normal,
+            bulge: [0.0; 2],
             uv: Vec2::new(hit.u, hit.v),
             color: Spectrum::WHITE,
             slot: 0,
         }
+    }
+
+    fn coordinates(&self, _: &Ray, hit: &Hit) -> (Vec2, u32) {
+        (Vec2::new(hit.u, hit.v), 0)
     }
 
     fn tessellate(&self, _: &Detail) -> Tessellation {

@@ -33,6 +33,19 @@ pub struct Sphere {
     remainder: Option<DAffine3>,
 }
 
+impl Sphere {
+    /// Centre and radius in the space of its geometry, metres.
+    pub fn center_and_radius(&self) -> (Vec3, f32) {
+        (self.center, self.radius)
+    }
+
+    /// In world space. `None` if it has no area or leaves the range of single precision.
+    pub fn new(center: Vec3, radius: f32) -> Option<Self> {
+        let sound = center.is_finite() && radius > 0.0 && radius.is_finite();
+        sound.then_some(Self { center, radius, to_object: None, remainder: None })
+    }
+}
+
 impl Shape for Sphere {
     const TYPE_NAME: &'static str = "sphere";
     const SCHEMA: &'static [ParamSpec] = &[CENTER, RADIUS, MATERIAL, TRANSFORM];
@@ -68,6 +81,7 @@ impl Shape for Sphere {
             p_error,
             ng: normal,
             ns: normal,
+            bulge: [0.0; 2],
             uv: coordinates(object.as_vec3()),
             color: Spectrum::WHITE,
             slot: 0,

@@ -3,7 +3,7 @@
 use penombre_image::Image;
 use penombre_math::color::luminance;
 use penombre_math::distribution::Distribution2D;
-use penombre_math::{Spectrum, Vec2, Vec3, float};
+use penombre_math::{Spectrum, Vec2, Vec3, float, quick};
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
@@ -42,7 +42,9 @@ pub struct EnvironmentSample {
 /// solid angle within: a constant image has exactly the density 1/4π.
 #[derive(Clone, Debug)]
 pub struct Environment {
-    image: Arc<Image>,
+    size: [u32; 2],
+    /// Sound colours, row by row.
+    pixels: Arc<[Spectrum]>,
     cells: Distribution2D,
     rows: Vec<Row>,
     mean: Spectrum,
@@ -93,7 +95,8 @@ impl Environment {
             let lane: Vec<f32> = sound_pixels(&image).map(|rgb| rgb[channel]).collect();
             mean(&lane, width, &rows) as f32
         }));
-        Some(Self { image, cells, rows, mean })
+        let pixels = sound_pixels(&image).map(Spectrum::from_rgb).collect();
+        Some(Self { size: [image.width(), image.height()], pixels, cells, rows, mean })
     }
 
     /// The same radiance from everywhere, which is an image of one pixel.
@@ -120,9 +123,9 @@ impl Environment {
         let inside = (f64::from(s.point.y) * self.rows.len() as f64 - s.row as f64).clamp(0.0, 1.0);
         let cos = row.cos_top - inside * row.height;
         let sin = ((1.0 - cos) * (1.0 + cos)).max(0.0).sqrt();
-        let (s_phi, c_phi) = float::sin_cos((TAU * (f64::from(s.point.x) - 0.5)) as f32);
+        let (s_phi, c_phi) = quick::sin_cos((TAU * (f64::from(s.point.x) - 0.5)) as f32);
         let wi = Vec3::new((sin * f64::from(s_phi)) as f32, cos as f32, (-sin * f64::from(c_phi)) as f32);
-        let v = float::atan2(sin as f32, cos as f32) * (1.0 / PI) as f32;
+        let v = quick::atan2(sin as f32, cos as f32) * (1.0 / PI) as f32;
         let radiance = self.lookup(Vec2::new(s.point.x, v));
         EnvironmentSample { wi, radiance, pdf: s.pdf * row.per_steradian }
     }
@@ -136,7 +139,7 @@ impl Environment {
 
     /// The bilinear function at (u, v).
     fn lookup(&self, place: Vec2) -> Spectrum {
-        let (width, height) = (self.image.width(), self.image.height());
+        let [width, height] = self.size;
         // From the centre of the pixel before the first one; the whole numbers are the pixels on either side.
         let x = f64::from(place.x) * f64::from(width) + 0.5;
         let y = f64::from(place.y) * f64::from(height) + 0.5;
@@ -148,7 +151,7 @@ impl Environment {
         // `column` runs from 0 to `width`.
         let columns =
             [if column == 0 { width - 1 } else { column - 1 }, if column < width { column } else { 0 }];
-        let pixel = |x: u32, y: u32| Spectrum::from_rgb(sound(self.image.rgb(x, y)));
+        let pixel = |x: u32, y: u32| self.pixels[y as usize * width as usize + x as usize];
         let across = |y: u32| pixel(columns[0], y) * (1.0 - fx) + pixel(columns[1], y) * fx;
         across(row.saturating_sub(1).min(height - 1)) * (1.0 - fy) + across(row.min(height - 1)) * fy
     }
@@ -157,8 +160,8 @@ impl Environment {
 /// (u, v) of a direction, both in [0, 1). The angles come from arc tangents, which are accurate at the poles, too.
 fn place(wi: Vec3) -> Vec2 {
     let across = (wi.x * wi.x + wi.z * wi.z).sqrt();
-    let u = float::atan2(wi.x, -wi.z) * (1.0 / TAU) as f32 + 0.5;
-    let v = float::atan2(across, wi.y) * (1.0 / PI) as f32;
+    let u = quick::atan2(wi.x, -wi.z) * (1.0 / TAU) as f32 + 0.5;
+    let v = quick::atan2(across, wi.y) * (1.0 / PI) as f32;
     let below_one = |x: f32| if x >= 1.0 { 1.0f32.next_down() } else { x.max(0.0) };
     if wi.is_nan() { Vec2::NAN } else { Vec2::new(below_one(u), below_one(v)) }
 }

@@ -2,6 +2,54 @@
 
 use penombre_math::{DVec2, DVec3, Vec3};
 
+/// A corner and two sides: what does not depend on the reference point.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sides {
+    pub corner: DVec3,
+    pub sides: [DVec3; 2],
+    /// Unit, along sides\[0\] × sides\[1\].
+    pub normal: DVec3,
+    /// Area of the parallelogram of the sides, m².
+    pub area: f64,
+    /// Their lengths, squared.
+    pub squares: [f64; 2],
+}
+
+impl Sides {
+    /// `None` if the sides are parallel or too short or long for `f32`.
+    pub fn new(corner: Vec3, sides: [DVec3; 2]) -> Option<Self> {
+        let across = sides[0].cross(sides[1]);
+        let area = across.length();
+        let normal = across * (1.0 / area);
+        let squares = sides.map(DVec3::length_squared);
+        let sound = area > 0.0 && normal.is_finite() && (squares[0] + squares[1]) < f64::INFINITY;
+        sound.then_some(Self { corner: corner.as_dvec3(), sides, normal, area, squares })
+    }
+
+    /// Distance of a point from the plane: above 0 on the side of the normal.
+    pub fn height_of(&self, reference: DVec3) -> f64 {
+        (reference - self.corner).dot(self.normal)
+    }
+
+    /// Seen from a point; `None` if the plane goes through it, or something is too near or far for `f32`.
+    #[inline]
+    pub fn seen_from(&self, reference: Vec3) -> Option<Flat> {
+        let Self { sides, normal, area, squares, .. } = *self;
+        let reference = reference.as_dvec3();
+        let corner = self.corner - reference;
+        let height = corner.dot(normal);
+        // The square of a sum of three lengths is at most three times the sum of their squares.
+        let limit_square = 4.0 * (corner.length_squared() + squares[0] + squares[1]);
+        // False for NaN, too.
+        let sound = height.abs() > 0.0 && (LEAST_SQUARE..=MOST_SQUARE).contains(&limit_square);
+        sound.then_some(Flat { reference, corner, sides, normal, area, height, limit_square })
+    }
+}
+
+/// Squares of the least and the largest normal number of single precision.
+const LEAST_SQUARE: f64 = f32::MIN_POSITIVE as f64 * f32::MIN_POSITIVE as f64;
+const MOST_SQUARE: f64 = f32::MAX as f64 * f32::MAX as f64;
+
 /// The plane of a corner and two sides, relative to the reference point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Flat {
@@ -20,22 +68,6 @@ pub struct Flat {
 }
 
 impl Flat {
-    /// `None` if the sides are parallel or too short or long for `f32`, or the plane goes through the point.
-    pub fn new(reference: Vec3, corner: Vec3, sides: [DVec3; 2]) -> Option<Self> {
-        let reference = reference.as_dvec3();
-        let corner = corner.as_dvec3() - reference;
-        let across = sides[0].cross(sides[1]);
-        let area = across.length();
-        let normal = across * (1.0 / area);
-        let height = corner.dot(normal);
-        // The square of a sum of three lengths is at most three times the sum of their squares.
-        let squares = corner.length_squared() + sides[0].length_squared() + sides[1].length_squared();
-        let limit_square = 4.0 * squares;
-        // False for NaN, too.
-        let sound = area > 0.0 && height.abs() > 0.0 && (limit_square.sqrt() as f32).is_normal();
-        sound.then_some(Self { reference, corner, sides, normal, area, height, limit_square })
-    }
-
     /// From the reference point to the point at the shares of the two sides.
     pub fn at(&self, shares: DVec2) -> DVec3 {
         self.corner + self.sides[0] * shares.x + self.sides[1] * shares.y

@@ -17,6 +17,7 @@ mod flat;
 pub mod power;
 pub mod punctual;
 mod quad;
+pub mod quick;
 mod rectangle;
 mod sphere;
 mod triangle;
@@ -27,7 +28,7 @@ mod tests;
 pub use choice::LightChoice;
 pub use disk::SphericalDisk;
 pub use environment::{Environment, EnvironmentSample, EnvironmentSampling};
-pub use quad::SphericalQuad;
+pub use quad::{Parallelogram, SphericalQuad};
 pub use sphere::SphericalCap;
 pub use triangle::SphericalTriangle;
 
@@ -71,12 +72,14 @@ const FAR: f64 = 1.0 / 64.0;
 const THIN: f64 = 1e-9;
 
 /// The uniform numbers as used: NaN and numbers out of range go to an end.
+#[inline]
 fn inside_unit_square(u: Vec2) -> DVec2 {
     let limit = |v: f32| f64::from(if v >= 0.0 { v.min(1.0f32.next_down()) } else { 0.0 });
     DVec2::new(limit(u.x), limit(u.y))
 }
 
 /// 1/`solid_angle` as a density. `None` if the angle is not above 0 or so small that its inverse is no `f32`.
+#[inline]
 fn uniform_density(solid_angle: f64) -> Option<f32> {
     let density = (1.0 / solid_angle) as f32;
     (density.is_finite() && density > 0.0).then_some(density)
@@ -84,6 +87,7 @@ fn uniform_density(solid_angle: f64) -> Option<f32> {
 
 /// Sine and cosine, in this order, of an angle whose relative error is that of one `f32`: unlike those of the
 /// elementary functions, the results belong to one angle in double precision.
+#[inline]
 fn unit_circle(angle: f64) -> (f64, f64) {
     let (s, c) = float::sin_cos(angle as f32);
     let (s, c) = (f64::from(s), f64::from(c));
@@ -94,10 +98,11 @@ fn unit_circle(angle: f64) -> (f64, f64) {
 }
 
 /// The sample that ends at `to`, a vector from the reference point. Its density is still to be set.
+#[inline]
 fn sample_at(reference: DVec3, to: DVec3) -> DirectionSample {
     let distance = to.length();
     DirectionSample {
-        wi: (to / distance).as_vec3(),
+        wi: (to * (1.0 / distance)).as_vec3(),
         point: (reference + to).as_vec3(),
         distance: distance as f32,
         pdf: 0.0,

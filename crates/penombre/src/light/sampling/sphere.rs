@@ -48,6 +48,14 @@ impl SphericalCap {
         self.distance <= self.radius
     }
 
+    /// True of a hit at that distance which lies on the far side of the sphere, where no sample does: a ray from outside went
+    /// through a hole of the near side. Beside the outline the answer is no.
+    #[inline]
+    pub fn is_beyond(&self, distance: f32) -> bool {
+        let outline = (self.distance + self.radius) * (self.distance - self.radius);
+        !self.is_inside() && f64::from(distance) * f64::from(distance) > outline * 1.001
+    }
+
     /// The solid angle, in (0, 2π) sr from outside, 4π from inside.
     pub fn solid_angle(&self) -> f32 {
         (TAU * self.less_cosine) as f32

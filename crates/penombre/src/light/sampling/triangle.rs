@@ -1,6 +1,6 @@
 //! Directions to triangles.
 
-use super::flat::{ByArea, Flat};
+use super::flat::{ByArea, Flat, Sides};
 use super::{
     DirectionSample, DirectionSampler, FAR, THIN, inside_unit_square, sample_at, uniform_density, unit_circle,
 };
@@ -30,7 +30,7 @@ impl SphericalTriangle {
         let [a, b, c] = vertices;
         // The differences are exact in double precision only.
         let sides = [b.as_dvec3() - a.as_dvec3(), c.as_dvec3() - a.as_dvec3()];
-        let flat = Flat::new(reference, a, sides)?;
+        let flat = Sides::new(a, sides)?.seen_from(reference)?;
         let corners = [DVec2::ZERO, DVec2::X, DVec2::Y].map(|shares| flat.at(shares));
         let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
         let middle_square = middle.length_squared();

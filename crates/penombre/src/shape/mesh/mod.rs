@@ -126,19 +126,26 @@ impl Shape for Mesh {
         let ns = normals.map_or(Vec3::ZERO, |n| mix(n, weights).normalize_or_zero());
         let ns = if ns == Vec3::ZERO { face_normal } else { ns };
         let ng = if ns.dot(face_normal) < 0.0 { -face_normal } else { face_normal };
-        let uv = match self.uvs.corners(triangle, &self.indices) {
-            Some(uv) => mix(uv, weights),
-            None => Vec2::new(hit.u + hit.v, hit.v),
-        };
+        let (uv, slot) = self.coordinates(ray, hit);
         ShapePoint {
             p,
             p_error: rounding + Vec3::splat(test_error(corners, p)),
             ng,
             ns,
+            bulge: normals.map_or([0.0; 2], |n| bulge(corners, n, weights, p)),
             uv,
             color: self.color(triangle, weights),
-            slot: self.slots.get(triangle).copied().unwrap_or(0),
+            slot,
         }
+    }
+
+    fn coordinates(&self, _: &Ray, hit: &Hit) -> (Vec2, u32) {
+        let triangle = hit.prim as usize;
+        let uv = match self.uvs.corners(triangle, &self.indices) {
+            Some(uv) => mix(uv, [1.0 - hit.u - hit.v, hit.u, hit.v]),
+            None => Vec2::new(hit.u + hit.v, hit.v),
+        };
+        (uv, self.slots.get(triangle).copied().unwrap_or(0))
     }
 
     fn tessellate(&self, detail: &Detail) -> Tessellation {
@@ -228,6 +235,17 @@ where
     let [a, b, c] = values;
     let [wa, wb, wc] = weights;
     a * wa + b * wb + c * wc
+}
+
+/// How far the smooth surface of the normals lies beyond a point of a triangle, on their side and on the other: the mean of
+/// the distances below, or above, the planes at the corners, across their normals \[Hanika2021\].
+fn bulge(corners: [Vec3; 3], normals: [Vec3; 3], weights: [f32; 3], p: Vec3) -> [f32; 2] {
+    let mut both = [0.0; 2];
+    for ((corner, normal), weight) in corners.into_iter().zip(normals).zip(weights) {
+        let below = (corner - p).dot(normal) * weight;
+        both[usize::from(below < 0.0)] += below.abs();
+    }
+    both
 }
 
 /// How far the triangle test's plane may lie from the true one, seen from a point of the triangle: the test

@@ -19,10 +19,10 @@ fn grid() -> impl Iterator<Item = DVec2> {
 }
 
 fn of_rectangle(corner: DVec3, sides: [DVec3; 2]) -> Option<Errors> {
-    let map = Rectangle::new(corner, sides, corner.z.abs())?;
+    let map = Rectangle::new(corner, sides.map(DVec3::length))?;
     let whole = quad_angle(corner, sides);
-    let share =
-        grid().map(|u| (quad_angle(corner, [sides[0] * map.shares(u).x, sides[1]]) / whole - u.x).abs());
+    let left_of = |x: f64| quad_angle(corner, [DVec3::X * (x - corner.x), sides[1]]);
+    let share = grid().map(|u| (left_of(map.point(u).x) / whole - u.x).abs());
     Some(Errors { solid_angle: (map.solid_angle / whole - 1.0).abs(), share: share.fold(0.0, f64::max) })
 }
 
