@@ -3,22 +3,26 @@
 //! [`Render::unit`] is a pure function of scene, integrator, job and unit. Threads and the path inspector call it
 //! or what it calls, and nothing else computes samples.
 
+mod intake;
 mod plan;
 mod run;
 mod settings;
 mod unit;
 
-use crate::film::{SAMPLE_CHUNK, Tile};
-use crate::sampler::SamplerKind;
+use crate::film::{Film, PixelFilter, SAMPLE_CHUNK, Tile};
+use crate::sampler::{Sampler, SamplerKind};
 
 pub use plan::{NODE_SCHEMAS, Plan, SPP_ENTRY, default_tone};
 pub use run::{Event, Observer, Outcome, Render, Statistics};
 pub use settings::RenderSettings;
 pub use unit::{DroppedSample, UnitResult, record};
 
+/// Samples per pixel before which no job ends for its small error.
+const FIRST_CHECK: u32 = 32;
+
 /// What is rendered: everything beyond the scene and the integrator that decides the bits of the image, and the
 /// size of tiles, which does not.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Job {
     /// Width and height, pixels.
     pub size: [u32; 2],
@@ -30,8 +34,21 @@ pub struct Job {
     pub sampler: SamplerKind,
     /// Index of the scene's camera.
     pub camera: u32,
-    /// True: rays go through random points of the pixel; false: through its centre.
+    /// True: rays go through random points around the pixel; false: through its centre.
     pub pixel_jitter: bool,
+    /// Where around the pixel.
+    pub filter: PixelFilter,
+    /// True: the samples of even and of odd index are scrambled independently and kept apart, so that the film can
+    /// estimate its error. The image has other noise than without.
+    pub estimate: bool,
+    /// Ends the job at the first check point ([`Job::next_check`]) at which the estimate is surely below: see
+    /// [`Estimate::bound`](crate::film::Estimate). 0: all samples are taken.
+    pub noise: f32,
+    /// True: features of first hits are gathered for layers.
+    pub features: bool,
+    /// True: passes over the film enter it whole, so that a run that is stopped leaves the image of a smaller number of
+    /// samples, unless it is stopped within the first pass.
+    pub whole_passes: bool,
     /// Edge of the tiles, pixels.
     pub tile: u32,
     /// True: units hold one sample of each pixel, for pictures that refine sample by sample; false: a whole chunk,
@@ -70,12 +87,50 @@ impl Job {
 
     /// Number of work units.
     pub fn units(&self) -> usize {
-        self.tiles() * self.spp.div_ceil(self.step()) as usize
+        self.units_of(self.spp)
+    }
+
+    /// Samples of each pixel in the passes that are whole before that unit.
+    fn samples_before(&self, index: usize) -> u32 {
+        let passes = (index / self.tiles()) as u32;
+        passes.saturating_mul(self.step()).min(self.spp)
+    }
+
+    /// Number of units that hold the first so many samples of each pixel, a multiple of those in a pass or all.
+    fn units_of(&self, samples: u32) -> usize {
+        self.tiles() * samples.min(self.spp).div_ceil(self.step()) as usize
     }
 
     /// Number of samples of the whole image.
     pub fn samples(&self) -> u64 {
         u64::from(self.size[0]) * u64::from(self.size[1]) * u64::from(self.spp)
+    }
+
+    /// Memory of its film and image, bytes.
+    pub fn film_bytes(&self) -> u64 {
+        Film::bytes(self.size[0], self.size[1], self.estimate, self.features)
+    }
+
+    /// The check point after so many samples per pixel: 32, then four to each doubling, at multiples of
+    /// [`SAMPLE_CHUNK`]. Fixed, so that where a job ends depends on nothing but its samples. Two or more samples in each
+    /// half of a pixel would do for an estimate, 32 leave a chance that rare light was met.
+    pub fn next_check(samples: u32) -> u32 {
+        if samples < FIRST_CHECK {
+            return FIRST_CHECK;
+        }
+        let octave = 1 << samples.ilog2();
+        let step = (octave / 4).max(SAMPLE_CHUNK);
+        samples.saturating_add(step - samples % step)
+    }
+
+    /// The numbers of a sample.
+    pub fn sampler_of(&self, pixel: [u32; 2], index: u32) -> Sampler {
+        let sampler = Sampler::new(self.sampler, self.seed, pixel, index);
+        match (self.estimate, index % 2) {
+            (false, _) => sampler,
+            (true, 0) => sampler.of_sample(index / 2),
+            (true, _) => sampler.of_sample(index / 2).rescrambled(),
+        }
     }
 
     /// The place of a unit in the fixed order.

@@ -1,7 +1,7 @@
 //! From a description to everything that a render needs.
 
 use super::{Job, RenderSettings};
-use crate::integrator::{AnyIntegrator, Classic, TYPES};
+use crate::integrator::{AmbientOcclusion, AnyIntegrator, Classic, Direct, FeatureImage, PathTracer, TYPES};
 use crate::registry::Context;
 use crate::scene::Scene;
 use penombre_image::ToneCurve;
@@ -31,7 +31,7 @@ pub struct Plan {
 impl Plan {
     /// Builds all that a description asks for. *All* faults go to `out`; `None` if any of them is an error.
     pub fn new(description: &SceneDescription, assets: &Assets, out: &mut Diagnostics) -> Option<Self> {
-        Self::with(description, assets, out, |aspect, out| Scene::build(description, assets, aspect, out))
+        Self::with(description, assets, out, |options, out| Scene::build(description, assets, options, out))
     }
 
     /// The same, faster where the shapes of `previous` are the description's: see [`Scene::update`].
@@ -41,22 +41,25 @@ impl Plan {
         assets: &Assets,
         out: &mut Diagnostics,
     ) -> Option<Self> {
-        let scene = |aspect, out: &mut Diagnostics| Scene::update(previous, description, assets, aspect, out);
+        let scene =
+            |options, out: &mut Diagnostics| Scene::update(previous, description, assets, options, out);
         Self::with(description, assets, out, scene)
     }
 
-    /// Builds all but the scene, which comes from `scene`, given width over height of the image.
+    /// Builds all but the scene, which comes from `scene`, given width over height of the image and whether lights are
+    /// surfaces.
     fn with(
         description: &SceneDescription,
         assets: &Assets,
         out: &mut Diagnostics,
-        scene: impl FnOnce(f32, &mut Diagnostics) -> Option<Arc<Scene>>,
+        scene: impl FnOnce((f32, bool), &mut Diagnostics) -> Option<Arc<Scene>>,
     ) -> Option<Self> {
         let mut context = Context { description, assets, out, node: NodeId(0) };
         let settings = RenderSettings::build(&mut context);
         check_size(&settings, context.out);
         let integrator = integrator(&settings, &mut context);
-        let scene = scene(settings.size[0] as f32 / settings.size[1] as f32, out);
+        let aspect = settings.size[0] as f32 / settings.size[1] as f32;
+        let scene = scene((aspect, settings.integrator != Classic::NAME), out);
         let (scene, integrator) = (scene?, integrator?);
         let job = Job {
             size: settings.size,
@@ -65,6 +68,11 @@ impl Plan {
             sampler: settings.sampler,
             camera: settings.camera,
             pixel_jitter: settings.pixel_jitter,
+            filter: settings.filter,
+            estimate: false,
+            noise: 0.0,
+            features: false,
+            whole_passes: false,
             tile: DEFAULT_TILE,
             progressive: false,
         };
@@ -115,10 +123,17 @@ fn integrator(settings: &RenderSettings, context: &mut Context<'_, '_>) -> Optio
         None => known.clone(),
     };
     for (_, node) in context.description.of_role(Role::Integrator) {
-        if !names.contains(&node.name.as_str()) {
-            let message =
-                format!("`{}` sets parameters of an integrator that this version does not have", node.path());
-            context.out.error("scene::unknown-integrator", node.span, message).help = help(&node.name);
+        match TYPES.iter().find(|(name, _)| *name == node.name) {
+            // The one that is built checks its own.
+            Some((name, _)) if *name == settings.integrator => {}
+            Some((_, schema)) => drop(context.decode(node, schema)),
+            None => {
+                let message = format!(
+                    "`{}` sets parameters of an integrator that this version does not have",
+                    node.path()
+                );
+                context.out.error("scene::unknown-integrator", node.span, message).help = help(&node.name);
+            }
         }
     }
     if !names.contains(&settings.integrator.as_str()) {
@@ -127,5 +142,11 @@ fn integrator(settings: &RenderSettings, context: &mut Context<'_, '_>) -> Optio
         fault.help = help(&settings.integrator);
         return None;
     }
-    Some(Classic::build(context, settings.max_depth))
+    Some(match settings.integrator.as_str() {
+        PathTracer::NAME => PathTracer::build(context, settings.max_depth),
+        Direct::NAME => Direct::build(context, settings.max_depth),
+        AmbientOcclusion::NAME => AmbientOcclusion::build(context),
+        FeatureImage::NAME => FeatureImage::build(context, settings.camera),
+        _ => Classic::build(context, settings.max_depth),
+    })
 }

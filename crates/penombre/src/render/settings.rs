@@ -1,5 +1,7 @@
 //! `[render]`: what a scene file asks for; the command line overrides.
 
+use crate::film::{FilterKind, PixelFilter};
+use crate::integrator::PathTracer;
 use crate::registry::Context;
 use crate::sampler::SamplerKind;
 use penombre_scene::params::Params;
@@ -31,7 +33,12 @@ pub struct RenderSettings {
     pub camera: u32,
     /// True: rays go through random points of the pixel; false: through its centre.
     pub pixel_jitter: bool,
+    /// Where around the pixel they go.
+    pub filter: PixelFilter,
 }
+
+/// Radii and deviations of filters, pixels.
+const FILTER_SIZES: Range = Range::closed(0.01, 16.0);
 
 impl RenderSettings {
     /// The parameters of `[render]`.
@@ -52,7 +59,7 @@ impl RenderSettings {
         ParamSpec::with_default(
             "integrator",
             Kind::Text,
-            ParamDefault::Text("classic"),
+            ParamDefault::Text(PathTracer::NAME),
             "How light is computed.",
         ),
         ParamSpec::with_default(
@@ -78,8 +85,27 @@ impl RenderSettings {
             "pixel_jitter",
             Kind::Bool,
             ParamDefault::Bool(true),
-            "Rays through random points of the pixel instead of its centre.",
+            "Rays through random points around the pixel instead of its centre.",
         ),
+        ParamSpec::with_default(
+            "filter",
+            Kind::Choice(FilterKind::NAMES),
+            ParamDefault::Text("box"),
+            "How the density of those points falls off from the pixel's centre.",
+        ),
+        ParamSpec::optional(
+            "filter_radius",
+            Kind::Float(FILTER_SIZES),
+            "Where the filter ends, in x and y; default: 0.5 for the box, the pixel itself, and 1.5 for the others.",
+        )
+        .unit("pixels"),
+        ParamSpec::with_default(
+            "filter_sigma",
+            Kind::Float(FILTER_SIZES),
+            ParamDefault::Float(PixelFilter::SIGMA as f64),
+            "Standard deviation of the Gaussian filter.",
+        )
+        .unit("pixels"),
     ];
 
     /// A size as people type it, `WIDTHxHEIGHT`, within the range that scene files have.
@@ -106,15 +132,22 @@ impl RenderSettings {
             size: size.map(|v| v as u32),
             size_span: p.span("size"),
             spp: p.int("spp") as u32,
-            integrator: p.text("integrator").unwrap_or("classic").to_owned(),
+            integrator: p.text("integrator").unwrap_or(PathTracer::NAME).to_owned(),
             integrator_span: p.span("integrator"),
             max_depth: p.int("max_depth") as u32,
             seed: p.int("seed") as u64,
             sampler: SamplerKind::from_name(p.choice("sampler")),
             camera: p.reference("camera").map_or(0, |id| context.position(id)),
             pixel_jitter: p.bool("pixel_jitter"),
+            filter: filter(&p),
         }
     }
+}
+
+fn filter(p: &Params) -> PixelFilter {
+    let usual = PixelFilter::of_kind(FilterKind::from_name(p.choice("filter")));
+    let radius = if p.is_given("filter_radius") { p.f64("filter_radius") as f32 } else { usual.radius };
+    PixelFilter { radius, sigma: p.f64("filter_sigma") as f32, ..usual }
 }
 
 #[cfg(test)]

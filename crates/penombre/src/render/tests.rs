@@ -1,5 +1,8 @@
 //! Tests of schedules and runs.
 
+mod estimate;
+mod layers;
+
 use super::*;
 use crate::testing::{plan, set, small};
 use penombre_image::ToneCurve;
