@@ -15,6 +15,15 @@ pub struct TypeInfo {
     pub schema: &'static [ParamSpec],
 }
 
+/// A thing and its name in the scene file.
+#[derive(Clone, Debug)]
+pub struct Named<T> {
+    /// The name; empty if the program made it.
+    pub name: String,
+    /// The thing.
+    pub value: T,
+}
+
 /// What building a node may look at, and where its faults go.
 pub struct Context<'a, 'd> {
     /// The whole description.

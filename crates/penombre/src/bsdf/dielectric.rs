@@ -30,6 +30,13 @@ impl SmoothDielectric {
     }
 }
 
+impl SmoothDielectric {
+    /// Index of the inside relative to the outside.
+    pub fn eta(&self) -> f32 {
+        self.eta
+    }
+}
+
 impl Scatter for SmoothDielectric {
     #[inline]
     fn eval(&self, _: Vec3, _: Vec3, _: Transport) -> BsdfEval {

@@ -131,6 +131,24 @@ macro_rules! bsdfs {
         #[derive(Clone, Copy, Debug, PartialEq)]
         pub enum Bsdf { $($(#[$doc])* $type($type)),+ }
 
+        impl Bsdf {
+            /// The delta lobe of reflection or transmission: a sample of it, whose weight is the lobe's value and whose
+            /// density is the probability with which [`Scatter::sample`] chooses it.
+            #[inline]
+            pub fn delta_lobe(&self, wo: Vec3, transmitted: bool) -> Option<BsdfSample> {
+                let choice = if transmitted { 1.0f32.next_down() } else { 0.0 };
+                let s = self.sample(wo, [0.5, 0.5, choice], Transport::Radiance)?;
+                let right = s.is_delta && s.is_transmission == transmitted;
+                right.then(|| BsdfSample { weight: s.weight * s.pdf, ..s })
+            }
+
+            /// False if the third number of [`Scatter::sample`] is of no use.
+            #[inline]
+            pub fn uses_lobe_choice(&self) -> bool {
+                !matches!(self, Self::Lambert(_) | Self::Mirror(_) | Self::Null(_) | Self::Black(_))
+            }
+        }
+
         impl Scatter for Bsdf {
             #[inline]
             fn eval(&self, wo: Vec3, wi: Vec3, mode: Transport) -> BsdfEval {

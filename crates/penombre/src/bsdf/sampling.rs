@@ -1,19 +1,18 @@
 //! Points in the unit disk and cosine-weighted directions.
 
-use penombre_math::{Vec2, Vec3, float};
-use std::f32::consts::{FRAC_PI_2, FRAC_PI_4};
+use penombre_math::{Vec2, Vec3, quick};
+use std::f32::consts::FRAC_PI_4;
 
 /// Maps the unit square to the unit disk, area to area, neighbours to neighbours \[Shirley1997\].
 #[inline]
 pub fn disk(u: [f32; 2]) -> Vec2 {
     let (x, y) = (2.0 * u[0] - 1.0, 2.0 * u[1] - 1.0);
-    if x == 0.0 && y == 0.0 {
-        return Vec2::ZERO;
-    }
-    let (radius, angle) =
-        if x.abs() > y.abs() { (x, FRAC_PI_4 * (y / x)) } else { (y, FRAC_PI_2 - FRAC_PI_4 * (x / y)) };
-    let (sin, cos) = float::sin_cos(angle);
-    Vec2::new(radius * cos, radius * sin)
+    let wide = x.abs() > y.abs();
+    let (radius, other) = if wide { (x, y) } else { (y, x) };
+    // The sector's angle from its own axis; 0/0 only in the centre.
+    let share = if radius == 0.0 { 0.0 } else { other / radius };
+    let (sin, cos) = quick::sin_cos_quarter(FRAC_PI_4 * share);
+    if wide { Vec2::new(radius * cos, radius * sin) } else { Vec2::new(radius * sin, radius * cos) }
 }
 
 /// A direction of the upper hemisphere with density cos θ / π (Malley's method, \[PBRT4\]). Its z is at least

@@ -4,24 +4,41 @@
 //! flight, hands their rays to the kernels in batches and adds up what the steps ask for, in an order that
 //! depends on nothing but the ray tree of each sample.
 
+pub mod ao;
+pub mod aov;
 pub mod classic;
+pub mod direct;
+pub mod path;
 
+mod features;
 mod probe;
 mod shadow;
 mod wavefront;
 
 use crate::sampler::Sampler;
-use crate::scene::{Scene, SurfacePoint};
+use crate::scene::Scene;
 use penombre_bvh::Ray;
 use penombre_math::Spectrum;
 use penombre_scene::ParamSpec;
+use std::fmt::Debug;
 
+pub use ao::AmbientOcclusion;
+pub use aov::FeatureImage;
 pub use classic::Classic;
+pub use direct::Direct;
+pub(crate) use features::Gatherer;
+pub use path::PathTracer;
 pub use probe::{LightRecord, PathRecord, VertexRecord};
-pub use wavefront::Step;
+pub use wavefront::{Arrival, Arrivals, Step};
 
 /// The integrators of this version with their parameters, in the order in which messages list them.
-pub const TYPES: &[(&str, &[ParamSpec])] = &[(Classic::NAME, Classic::SCHEMA)];
+pub const TYPES: &[(&str, &[ParamSpec])] = &[
+    (Classic::NAME, Classic::SCHEMA),
+    (PathTracer::NAME, PathTracer::SCHEMA),
+    (Direct::NAME, Direct::SCHEMA),
+    (AmbientOcclusion::NAME, AmbientOcclusion::SCHEMA),
+    (FeatureImage::NAME, FeatureImage::SCHEMA),
+];
 
 /// Where a path state stands in the ray tree of its sample, for inspectors.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -41,20 +58,25 @@ pub trait Integrator: Send + Sync {
     /// What one path remembers between bounces.
     type Path: Copy + Send + Sync;
 
+    /// Lists that shading fills anew each time, kept for their memory.
+    type Memory: Default + Debug;
+
     /// The state of a path that begins at the camera.
     fn start(&self) -> Self::Path;
 
-    /// Shades what a ray met: adds light, asks for shadow rays, names the rays that go on.
-    ///
-    /// `at` is `None` where the ray left the scene.
-    fn step(
+    /// Shades what rays met: adds light, asks for shadow rays, names the rays that go on.
+    fn shade(
         &self,
         scene: &Scene,
-        path: &Self::Path,
-        at: Option<&SurfacePoint>,
-        sampler: &Sampler,
+        arrivals: &Arrivals<'_, Self::Path>,
+        memory: &mut Self::Memory,
         out: &mut Step<'_, Self::Path>,
     );
+
+    /// The radiance to which light is limited, against bright specks; `None`: to none, nothing is left out.
+    fn clamp(&self) -> Option<f32> {
+        None
+    }
 
     /// Where the state stands in the ray tree.
     fn place(&self, path: &Self::Path) -> PathPlace;
@@ -70,9 +92,14 @@ pub struct CameraSample {
 }
 
 /// An integrator whose path type is forgotten: called once per batch, never per step.
-pub trait AnyIntegrator: Send + Sync + std::fmt::Debug {
+pub trait AnyIntegrator: Send + Sync + Debug {
     /// Its name in scene files.
     fn name(&self) -> &'static str;
+
+    /// See [`Integrator::clamp`].
+    fn clamp(&self) -> Option<f32> {
+        None
+    }
 
     /// Something that traces batches one after the other, with memory of its own.
     fn worker<'a>(&'a self, scene: &'a Scene) -> Box<dyn Worker + 'a>;

@@ -14,7 +14,12 @@ const LIGHT_SLACK: f32 = 1e-5;
 /// The ray from a surface to a point of a light. Its parameter runs from 0 at the surface to 1 at the light.
 #[inline(always)]
 pub fn shadow_ray(departure: &Departure, light: Vec3) -> Ray {
-    let origin = departure.origin(light);
+    shadow_ray_from(departure.origin(light), light)
+}
+
+/// The same from an origin that has left the surface.
+#[inline(always)]
+pub fn shadow_ray_from(origin: Vec3, light: Vec3) -> Ray {
     Ray::new(origin, light - origin, 0.0, 1.0 - LIGHT_SLACK)
 }
 
@@ -31,6 +36,9 @@ pub struct SoftShadow {
     pub count: u32,
 }
 
+/// Places for rays that are yet to be made.
+const PLACES: [Ray; 32] = [Ray { origin: Vec3::ZERO, dir: Vec3::ZERO, t_min: 0.0, t_max: 0.0 }; 32];
+
 /// Makes the rays of many requests at once, which takes a fraction of the time of one after the other.
 #[derive(Debug, Default)]
 pub struct SoftShadows {
@@ -46,8 +54,11 @@ impl SoftShadows {
         let SoftShadow { departure, light, series, count } = soft;
         self.series.push((series, count));
         self.ways.push((departure, light, rays.len()));
-        let place = Ray::new(Vec3::ZERO, Vec3::ZERO, 0.0, 0.0);
-        rays.resize(rays.len() + count as usize, place);
+        let count = count as usize;
+        match PLACES.get(..count) {
+            Some(places) => rays.extend_from_slice(places),
+            None => rays.resize(rays.len() + count, PLACES[0]),
+        }
     }
 
     /// Makes all rays that were asked for, in their places, and forgets the requests.
@@ -80,8 +91,19 @@ impl Vectorizable for Rays<'_> {
             let count = *count as usize;
             let (own, rest) = points.split_at(count);
             let light: &AnyLight = &self.scene.lights()[*light as usize].value;
-            for (ray, point) in self.rays[*place..*place + count].iter_mut().zip(own) {
-                *ray = shadow_ray(departure, light.sample_point(Vec2::from(*point)));
+            let rays = self.rays[*place..*place + count].iter_mut().zip(own);
+            // What a light is, is asked once, not for each ray.
+            match light.parallelogram() {
+                Some((origin, [a, b])) => {
+                    for (ray, [x, y]) in rays {
+                        *ray = shadow_ray(departure, origin + a * *x + b * *y);
+                    }
+                }
+                None => {
+                    for (ray, point) in rays {
+                        *ray = shadow_ray(departure, light.sample_point(Vec2::from(*point)));
+                    }
+                }
             }
             points = rest;
         }

@@ -70,9 +70,8 @@ fn samples_have_the_same_bits_alone_and_in_a_crowd() {
 fn half_hidden(count: i64) -> SceneDescription {
     use penombre_scene::Role::{Integrator, Light, Material, Render, Shape};
     let mut d = SceneDescription::default();
-    d.add(
-        Node::new(Render, "render", "").with("size", [3i64, 3]).with("spp", 1i64).with("pixel_jitter", false),
-    );
+    let render = Node::new(Render, "render", "").with("integrator", "classic");
+    d.add(render.with("size", [3i64, 3]).with("spp", 1i64).with("pixel_jitter", false));
     d.add(Node::new(Integrator, "classic", "classic").with("phase", 2i64));
     d.add(Node::new(penombre_scene::Role::Camera, "perspective", "main").with("position", [0.0, 0.5, 3.0]));
     d.add(Node::new(Material, "phong", "white").with("diffuse", [1.0, 1.0, 1.0]));
@@ -124,7 +123,8 @@ fn assert_lit_ground(ground: Node, size: f64) {
     use penombre_scene::Role::{Camera, Light, Render};
     let type_name = ground.type_name.clone();
     let mut d = SceneDescription::default();
-    d.add(Node::new(Render, "render", "").with("size", [24i64, 24]).with("spp", 1i64));
+    let render = Node::new(Render, "render", "").with("integrator", "classic");
+    d.add(render.with("size", [24i64, 24]).with("spp", 1i64));
     d.add(Node::new(Camera, "perspective", "main").with("position", [0.0, 1.0, 4.0]).with("fov", 30.0));
     d.add(Node::new(Light, "point", "lamp").with("position", [1.0, 3.0, 2.0]));
     d.add(ground);

@@ -5,7 +5,8 @@
 
 use super::shadow::{SoftShadow, SoftShadows};
 use super::{AnyIntegrator, CameraSample, Integrator, LightRecord, PathRecord, VertexRecord, Worker};
-use crate::scene::Scene;
+use crate::sampler::Sampler;
+use crate::scene::{Scene, SurfacePoint};
 use penombre_bvh::{Hit, Ray};
 use penombre_math::Spectrum;
 use std::fmt::Debug;
@@ -15,6 +16,9 @@ const SHADOW_BATCH: usize = 2048;
 
 /// More paths in flight than this are split by samples, to bound memory where paths branch.
 const MOST_PATHS: usize = 16_384;
+
+/// Paths that are shaded together.
+const TOGETHER: usize = 128;
 
 /// A path in flight: its state, its ray, the sample that it belongs to.
 #[derive(Clone, Copy, Debug)]
@@ -31,6 +35,8 @@ struct Pending {
     sample: u32,
     /// The next so many shadow rays of the queue decide which share of `radiance` arrives; 0: all of it.
     shadow_rays: u32,
+    /// True if nothing arrives unless all of them meet nothing.
+    all: bool,
     /// Index of the vertex in the record.
     vertex: u32,
 }
@@ -62,6 +68,15 @@ impl<P: Copy> Step<'_, P> {
         }
     }
 
+    /// Adds `radiance` if none of the rays meets anything.
+    pub fn add_if_all_visible(&mut self, radiance: Spectrum, rays: impl Iterator<Item = Ray>) {
+        let before = self.shadow_rays.len();
+        self.shadow_rays.extend(rays);
+        let shadow_rays = (self.shadow_rays.len() - before) as u32;
+        let (sample, vertex) = (self.sample, self.vertex);
+        self.pending.push(Pending { radiance, sample, shadow_rays, all: true, vertex });
+    }
+
     /// Adds the share of `radiance` that arrives from a light with an extent.
     pub fn add_softly(&mut self, radiance: Spectrum, soft: SoftShadow) {
         if soft.count > 0 {
@@ -76,7 +91,8 @@ impl<P: Copy> Step<'_, P> {
     }
 
     fn wait_for(&mut self, radiance: Spectrum, shadow_rays: u32) {
-        self.pending.push(Pending { radiance, sample: self.sample, shadow_rays, vertex: self.vertex });
+        let (sample, vertex) = (self.sample, self.vertex);
+        self.pending.push(Pending { radiance, sample, shadow_rays, all: false, vertex });
     }
 }
 
@@ -91,7 +107,64 @@ struct Wavefront<'a, I: Integrator> {
     soft: SoftShadows,
     blocked: Vec<bool>,
     pending: Vec<Pending>,
+    surfaces: Vec<Option<SurfacePoint>>,
+    memory: I::Memory,
     traced: u64,
+}
+
+/// Paths whose rays have met something or left the scene, all of one round.
+#[derive(Debug)]
+pub struct Arrivals<'a, P> {
+    active: &'a [Active<P>],
+    surfaces: &'a [Option<SurfacePoint>],
+    samples: &'a [CameraSample],
+    first_vertex: u32,
+}
+
+/// One of them.
+#[derive(Debug)]
+pub struct Arrival<'a, P> {
+    /// What the path remembers.
+    pub path: &'a P,
+    /// Its ray.
+    pub ray: &'a Ray,
+    /// What the ray met; `None` where it left the scene.
+    pub at: Option<&'a SurfacePoint>,
+    /// The sample's numbers.
+    pub sampler: &'a Sampler,
+}
+
+impl<P> Arrivals<'_, P> {
+    /// Path and sample of one of them.
+    #[inline]
+    pub fn origin(&self, index: usize) -> (&P, &Sampler) {
+        let a = &self.active[index];
+        (&a.path, &self.samples[a.sample as usize].sampler)
+    }
+
+    /// How many.
+    pub fn len(&self) -> usize {
+        self.active.len()
+    }
+
+    /// True if there are none.
+    pub fn is_empty(&self) -> bool {
+        self.active.is_empty()
+    }
+
+    /// One of them; what is asked of `out` from now on belongs to it.
+    #[inline]
+    pub fn get(&self, index: usize, out: &mut Step<'_, P>) -> Arrival<'_, P> {
+        let a = &self.active[index];
+        out.sample = a.sample;
+        out.vertex = self.first_vertex + index as u32;
+        Arrival {
+            path: &a.path,
+            ray: &a.ray,
+            at: self.surfaces[index].as_ref(),
+            sampler: &self.samples[a.sample as usize].sampler,
+        }
+    }
 }
 
 /// Where a round's light goes, and what else wants to know.
@@ -150,24 +223,21 @@ impl<I: Integrator> Wavefront<'_, I> {
         self.hits.resize(active.len(), Hit::MISS);
         self.scene.closest_batch(&self.rays, &mut self.hits);
         self.traced += active.len() as u64;
-        for (index, a) in active.iter().enumerate() {
-            let at = self.scene.surface(&a.ray, &self.hits[index]);
-            let mut vertex = 0;
-            if let Some(record) = &mut sink.record {
-                vertex = record.vertices.len() as u32;
-                let place = self.integrator.place(&a.path);
-                record.vertices.push(VertexRecord { place, ray: a.ray, surface: at, lights: Vec::new() });
-            }
+        for (active, first) in active.chunks(TOGETHER).zip((0..).step_by(TOGETHER)) {
+            let hits = active.iter().zip(&self.hits[first..]);
+            self.surfaces.clear();
+            self.surfaces.extend(hits.map(|(a, hit)| self.scene.surface(&a.ray, hit)));
+            let first_vertex = self.tell_vertices(active, sink);
             let mut step = Step {
                 shadow_rays: &mut self.shadow_rays,
                 soft: &mut self.soft,
                 pending: &mut self.pending,
                 next,
-                sample: a.sample,
-                vertex,
+                sample: 0,
+                vertex: 0,
             };
-            let sampler = &samples[a.sample as usize].sampler;
-            self.integrator.step(self.scene, &a.path, at.as_ref(), sampler, &mut step);
+            let arrivals = Arrivals { active, surfaces: &self.surfaces, samples, first_vertex };
+            self.integrator.shade(self.scene, &arrivals, &mut self.memory, &mut step);
             if self.shadow_rays.len() >= SHADOW_BATCH {
                 self.gather(sink, stop);
                 if stop() {
@@ -176,6 +246,19 @@ impl<I: Integrator> Wavefront<'_, I> {
             }
         }
         self.gather(sink, stop);
+    }
+
+    /// Adds rays and what they met to the record, if there is one. Returns the index of the first.
+    fn tell_vertices(&self, active: &[Active<I::Path>], sink: &mut Sink<'_>) -> u32 {
+        let Some(record) = &mut sink.record else { return 0 };
+        let first = record.vertices.len() as u32;
+        record.vertices.extend(active.iter().zip(&self.surfaces).map(|(a, surface)| VertexRecord {
+            place: self.integrator.place(&a.path),
+            ray: a.ray,
+            surface: *surface,
+            lights: Vec::new(),
+        }));
+        first
     }
 
     /// Traces the shadow rays and adds the light that arrives, in the order in which it was asked for. A single step
@@ -200,6 +283,7 @@ impl<I: Integrator> Wavefront<'_, I> {
             let added = match p.shadow_rays {
                 0 => p.radiance,
                 n if open == n => p.radiance,
+                _ if p.all => Spectrum::BLACK,
                 n => p.radiance * (open as f32 / n as f32),
             };
             sink.radiance[p.sample as usize] += added;
@@ -265,6 +349,10 @@ impl<I: Integrator + Debug> AnyIntegrator for Batched<I> {
         self.1
     }
 
+    fn clamp(&self) -> Option<f32> {
+        self.0.clamp()
+    }
+
     fn worker<'a>(&'a self, scene: &'a Scene) -> Box<dyn Worker + 'a> {
         Box::new(Wavefront {
             integrator: &self.0,
@@ -275,6 +363,8 @@ impl<I: Integrator + Debug> AnyIntegrator for Batched<I> {
             soft: SoftShadows::default(),
             blocked: Vec::new(),
             pending: Vec::new(),
+            surfaces: Vec::new(),
+            memory: I::Memory::default(),
             traced: 0,
         })
     }

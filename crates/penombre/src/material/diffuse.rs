@@ -8,7 +8,9 @@
 //! color = { texture = "checks" }
 //! ```
 
-use super::{AMBIENT, Material, PhongView, Shade, Specular};
+use super::common::{AMBIENT, Common, OPACITY, TWO_SIDED};
+use super::{Material, PhongView, Shade, Specular};
+use crate::bsdf::{Bsdf, Lambert};
 use crate::registry::Context;
 use crate::texture::ColorSource;
 use penombre_math::Spectrum;
@@ -20,6 +22,7 @@ use penombre_scene::{Kind, ParamDefault, ParamSpec, Range};
 pub struct Diffuse {
     color: ColorSource,
     ambient: ColorSource,
+    common: Common,
 }
 
 impl Default for Diffuse {
@@ -27,6 +30,7 @@ impl Default for Diffuse {
         Self {
             color: ColorSource::Constant(Spectrum::splat(0.8)),
             ambient: ColorSource::Constant(Spectrum::BLACK),
+            common: Common::PLAIN,
         }
     }
 }
@@ -41,11 +45,21 @@ impl Material for Diffuse {
             "Share of the light that it sends back.",
         ),
         AMBIENT,
+        OPACITY,
+        TWO_SIDED,
     ];
 
     fn build(p: &Params, context: &mut Context<'_, '_>) -> Option<Self> {
         let color = |name| ColorSource::new(p.color_texture(name), context);
-        Some(Self { color: color("color"), ambient: color("ambient") })
+        Some(Self {
+            color: color("color"),
+            ambient: color("ambient"),
+            common: Common::of_reflector(p, context),
+        })
+    }
+
+    fn common(&self) -> &Common {
+        &self.common
     }
 
     fn phong_view(&self, shade: &Shade<'_>) -> PhongView {
@@ -57,6 +71,10 @@ impl Material for Diffuse {
             shininess: 1.0,
             kind: Specular::None,
         }
+    }
+
+    fn bsdf(&self, shade: &Shade<'_>) -> Bsdf {
+        Lambert::new(self.color.color(&shade.point, shade.textures) * shade.vertex_color).into()
     }
 
     fn is_textured(&self) -> bool {

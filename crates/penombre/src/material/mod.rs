@@ -2,11 +2,16 @@
 //!
 //! One file each; the comment at its top is its manual page.
 
-use crate::registry::{Context, registry};
+mod common;
+
+use crate::bsdf::{Black, Bsdf};
+use crate::registry::{Context, Named, registry};
 use crate::texture::{AnyTexture, TexturePoint};
 use penombre_math::{Spectrum, Vec3};
+use penombre_scene::ParamSpec;
 use penombre_scene::params::Params;
-use penombre_scene::{Kind, ParamDefault, ParamSpec, Range};
+
+pub use common::{Common, Facets};
 
 /// What a material may look at where a surface was hit.
 #[derive(Clone, Copy, Debug)]
@@ -17,10 +22,16 @@ pub struct Shade<'a> {
     pub normal: Vec3,
     /// Toward the viewer, unit.
     pub wo: Vec3,
+    /// True if it is seen from the outside, the side of the geometric normal.
+    pub outside: bool,
     /// The mesh's interpolated colour; white where there is none. It multiplies the diffuse colour.
     pub vertex_color: Spectrum,
     /// The scene's textures.
     pub textures: &'a [AnyTexture],
+    /// The scene's materials, for those that are made of others.
+    pub materials: &'a [Named<AnyMaterial>],
+    /// A uniform number in [0, 1) for the choice among several models.
+    pub u: f32,
 }
 
 /// How the `classic` integrator continues at a surface.
@@ -61,8 +72,35 @@ pub trait Material: Send + Sync + Sized {
     /// Builds it from checked parameters. Faults go to the context; `None` if it cannot stand.
     fn build(params: &Params, context: &mut Context<'_, '_>) -> Option<Self>;
 
+    /// The parameters that it shares with all others.
+    fn common(&self) -> &Common;
+
+    /// Share of the surface that is there, in [0, 1]. Looks at nothing in `shade` but the place, textures and materials.
+    fn opacity(&self, shade: &Shade<'_>) -> f32 {
+        self.common().opacity(shade)
+    }
+
+    /// True if the surface may not be entirely there.
+    fn has_opacity(&self) -> bool {
+        self.common().has_opacity()
+    }
+
     /// The material in Phong's terms at a point: textures are read here, once per hit.
     fn phong_view(&self, shade: &Shade<'_>) -> PhongView;
+
+    /// How it scatters light at a point, for the physically based integrators: textures are read here, once per hit.
+    /// The local frame has the shading normal, on the outside, at +z.
+    fn bsdf(&self, shade: &Shade<'_>) -> Bsdf;
+
+    /// Radiance that it emits, W/(sr·m²), to the outside or the inside.
+    fn emitted(&self, _shade: &Shade<'_>, _outside: bool) -> Spectrum {
+        Spectrum::BLACK
+    }
+
+    /// True if it may emit light.
+    fn is_emissive(&self) -> bool {
+        false
+    }
 
     /// True if [`Material::phong_view`] depends on the surface coordinates.
     fn is_textured(&self) -> bool;
@@ -77,9 +115,40 @@ macro_rules! materials {
         }
 
         impl AnyMaterial {
-            /// The material in Phong's terms at a point.
+            /// The material in Phong's terms at a point; black on the inside of what is one-sided.
             pub fn phong_view(&self, shade: &Shade<'_>) -> PhongView {
-                match self { $(Self::$type(m) => m.phong_view(shade)),+ }
+                match self {
+                    $(Self::$type(m) if m.common().hides(shade) => common::BLACK_VIEW,
+                    Self::$type(m) => m.phong_view(shade)),+
+                }
+            }
+
+            /// Share of the surface that is there, in [0, 1].
+            pub fn opacity(&self, shade: &Shade<'_>) -> f32 {
+                match self { $(Self::$type(m) => m.opacity(shade)),+ }
+            }
+
+            /// True if the surface may not be entirely there.
+            pub fn has_opacity(&self) -> bool {
+                match self { $(Self::$type(m) => m.has_opacity()),+ }
+            }
+
+            /// Radiance that it emits, W/(sr·m²), to the outside or the inside.
+            pub fn emitted(&self, shade: &Shade<'_>, outside: bool) -> Spectrum {
+                match self { $(Self::$type(m) => m.emitted(shade, outside)),+ }
+            }
+
+            /// True if it may emit light.
+            pub fn is_emissive(&self) -> bool {
+                match self { $(Self::$type(m) => m.is_emissive()),+ }
+            }
+
+            /// How it scatters light at a point; not at all on the inside of what is one-sided.
+            pub fn bsdf(&self, shade: &Shade<'_>) -> Bsdf {
+                match self {
+                    $(Self::$type(m) if m.common().hides(shade) => Black.into(),
+                    Self::$type(m) => m.bsdf(shade)),+
+                }
             }
 
             /// True if that depends on the surface coordinates.
@@ -95,6 +164,10 @@ materials! {
     diffuse::Diffuse,
     mirror::Mirror,
     glass::Glass,
+    rough_glass::RoughGlass,
+    metal::Metal,
+    mix::Mix,
+    emissive::Emissive,
 }
 
 impl Default for AnyMaterial {
@@ -102,35 +175,3 @@ impl Default for AnyMaterial {
         Self::Diffuse(diffuse::Diffuse::default())
     }
 }
-
-const fn diffuse_param(default: f32) -> ParamSpec {
-    ParamSpec::with_default(
-        "diffuse",
-        Kind::ColorTexture(Range::NON_NEGATIVE),
-        ParamDefault::Color([default; 3]),
-        "Factor of the cosine term; the whole colour in phase 1 of `classic`.",
-    )
-}
-
-const fn specular_param(default: f32) -> ParamSpec {
-    ParamSpec::with_default(
-        "specular",
-        Kind::ColorTexture(Range::NON_NEGATIVE),
-        ParamDefault::Color([default; 3]),
-        "Factor of the highlight.",
-    )
-}
-
-const AMBIENT: ParamSpec = ParamSpec::with_default(
-    "ambient",
-    Kind::ColorTexture(Range::NON_NEGATIVE),
-    ParamDefault::Color([0.0; 3]),
-    "Factor of the scene's ambient light.",
-);
-
-const SHININESS: ParamSpec = ParamSpec::with_default(
-    "shininess",
-    Kind::Float(Range::NON_NEGATIVE),
-    ParamDefault::Float(16.0),
-    "Exponent of the highlight: larger is smaller and sharper.",
-);

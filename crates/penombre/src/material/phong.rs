@@ -11,22 +11,47 @@
 //! shininess = 16
 //! ```
 
-use super::{AMBIENT, Material, PhongView, SHININESS, Shade, Specular, diffuse_param, specular_param};
+use super::common::{AMBIENT, Common, OPACITY, SHININESS, TWO_SIDED, diffuse_param, specular_param};
+use super::{Material, PhongView, Shade, Specular};
+use crate::bsdf::{self, Bsdf};
 use crate::registry::Context;
 use crate::texture::ColorSource;
 use penombre_scene::ParamSpec;
 use penombre_scene::params::Params;
 
-/// The four factors of Phong's model; mirror and glass have them too, for the phases in which they are shaded.
+/// A surface by Phong's model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Phong {
+    factors: Factors,
+    common: Common,
+}
+
+/// The four factors of Phong's model; mirror and glass have them too, for the phases in which they are shaded.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Factors {
     ambient: ColorSource,
     diffuse: ColorSource,
     specular: ColorSource,
     shininess: f32,
 }
 
-impl Phong {
+impl Factors {
+    /// From the parameters of a material that has them.
+    pub(super) fn new(p: &Params, context: &Context<'_, '_>) -> Self {
+        let color = |name| ColorSource::new(p.color_texture(name), context);
+        Self {
+            ambient: color("ambient"),
+            diffuse: color("diffuse"),
+            specular: color("specular"),
+            shininess: p.f32("shininess"),
+        }
+    }
+
+    /// True if a factor may vary over the surface.
+    pub(super) fn is_textured(&self) -> bool {
+        [self.ambient, self.diffuse, self.specular].into_iter().any(ColorSource::is_texture)
+    }
+
     /// The view with the given continuation.
     pub(super) fn view(&self, shade: &Shade<'_>, kind: Specular) -> PhongView {
         let color = |source: ColorSource| source.color(&shade.point, shade.textures);
@@ -42,23 +67,27 @@ impl Phong {
 
 impl Material for Phong {
     const TYPE_NAME: &'static str = "phong";
-    const SCHEMA: &'static [ParamSpec] = &[diffuse_param(0.8), specular_param(0.0), AMBIENT, SHININESS];
+    const SCHEMA: &'static [ParamSpec] =
+        &[diffuse_param(0.8), specular_param(0.0), AMBIENT, SHININESS, OPACITY, TWO_SIDED];
 
     fn build(p: &Params, context: &mut Context<'_, '_>) -> Option<Self> {
-        let color = |name| ColorSource::new(p.color_texture(name), context);
-        Some(Self {
-            ambient: color("ambient"),
-            diffuse: color("diffuse"),
-            specular: color("specular"),
-            shininess: p.f32("shininess"),
-        })
+        Some(Self { factors: Factors::new(p, context), common: Common::of_reflector(p, context) })
+    }
+
+    fn common(&self) -> &Common {
+        &self.common
     }
 
     fn phong_view(&self, shade: &Shade<'_>) -> PhongView {
-        self.view(shade, Specular::None)
+        self.factors.view(shade, Specular::None)
+    }
+
+    fn bsdf(&self, shade: &Shade<'_>) -> Bsdf {
+        let view = self.factors.view(shade, Specular::None);
+        bsdf::Phong::new(view.diffuse, view.specular, view.shininess).into()
     }
 
     fn is_textured(&self) -> bool {
-        [self.ambient, self.diffuse, self.specular].into_iter().any(ColorSource::is_texture)
+        self.factors.is_textured()
     }
 }

@@ -7,7 +7,7 @@ use penombre_math::{Spectrum, Vec2};
 use penombre_scene::ParamSpec;
 use penombre_scene::params::Params;
 
-pub use source::ColorSource;
+pub use source::{ColorSource, FloatSource};
 
 /// Where a texture is looked up.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -16,7 +16,8 @@ pub mod optics;
 
 use super::shadow::{SoftShadow, shadow_ray};
 use super::wavefront::Batched;
-use super::{AnyIntegrator, Integrator, PathPlace, Step};
+use super::{AnyIntegrator, Arrivals, Integrator, PathPlace, Step};
+use crate::light::AnyLight;
 use crate::material::{PhongView, Specular};
 use crate::registry::Context;
 use crate::sampler::{Dimension, Sampler};
@@ -26,6 +27,7 @@ use penombre_bvh::Ray;
 use penombre_math::{Spectrum, Vec3, float};
 use penombre_scene::params::Params;
 use penombre_scene::{Kind, Node, ParamDefault, ParamSpec, Range, Role};
+use penombre_sys::{Vectorizable, vectorize};
 
 /// The course's integrator.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,6 +47,45 @@ pub struct ClassicPath {
     node: u32,
     depth: u32,
     refracted: bool,
+}
+
+/// Shading as work for wider instruction sets.
+struct Shading<'w, 's, 'o> {
+    classic: &'w Classic,
+    scene: &'w Scene,
+    lights: &'w [LightView],
+    arrivals: &'w Arrivals<'s, ClassicPath>,
+    out: &'w mut Step<'o, ClassicPath>,
+}
+
+impl Vectorizable for Shading<'_, '_, '_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        for index in 0..self.arrivals.len() {
+            let a = self.arrivals.get(index, self.out);
+            if let Some(at) = a.at {
+                self.classic.step((self.scene, self.lights), a.path, at, a.sampler, self.out);
+            }
+        }
+    }
+}
+
+/// What is asked of a light at every point, asked once.
+#[derive(Clone, Copy, Debug)]
+pub struct LightView {
+    center: Vec3,
+    /// `None` if it depends on the point.
+    color: Option<Spectrum>,
+    shadow_samples: u32,
+}
+
+impl LightView {
+    fn of(light: &AnyLight) -> Self {
+        let color = (!light.is_directed()).then(|| light.classic_color());
+        Self { center: light.center(), color, shadow_samples: light.shadow_samples() }
+    }
 }
 
 impl Classic {
@@ -97,9 +138,10 @@ impl Classic {
     }
 
     /// Adds the light of one point by Phong's model.
-    fn shade(
+    #[inline(always)]
+    fn light(
         &self,
-        scene: &Scene,
+        (scene, lights): (&Scene, &[LightView]),
         path: &ClassicPath,
         at: &SurfacePoint,
         view: &PhongView,
@@ -115,22 +157,24 @@ impl Classic {
         }
         let normal = at.facing_normal();
         let departure = at.departure();
-        for (index, light) in scene.lights().iter().enumerate() {
-            let light = &light.value;
-            let center = light.center();
+        for (index, light) in lights.iter().zip(0..).map(|(light, index)| (index, light)) {
             // In double precision: squares of distances overflow single precision from 1e19 on.
-            let to_light = (center.as_dvec3() - at.p.as_dvec3()).normalize_or_zero().as_vec3();
+            let to_light = (light.center.as_dvec3() - at.p.as_dvec3()).normalize_or_zero().as_vec3();
             let reflectance = phong(view, normal, at.wo, to_light);
-            let radiance = path.weight * light.classic_color() * reflectance;
+            let color = match light.color {
+                Some(color) => color,
+                None => scene.lights()[index as usize].value.classic_color_at(at.p),
+            };
+            let radiance = path.weight * color * reflectance;
             if radiance.is_black() {
                 continue;
             }
-            match light.shadow_samples() {
-                n if n > 0 && !self.hard_shadows => {
-                    let series = sampler.series(Dimension::of_node(path.node, index as u32), n);
-                    out.add_softly(radiance, SoftShadow { departure, light: index as u32, series, count: n });
+            match light.shadow_samples {
+                count if count > 0 && !self.hard_shadows => {
+                    let series = sampler.series(Dimension::of_node(path.node, index), count);
+                    out.add_softly(radiance, SoftShadow { departure, light: index, series, count });
                 }
-                _ => out.add_if_visible(radiance, |rays| rays.push(shadow_ray(&departure, center))),
+                _ => out.add_if_visible(radiance, |rays| rays.push(shadow_ray(&departure, light.center))),
             }
         }
     }
@@ -175,20 +219,46 @@ impl Classic {
 
 impl Integrator for Classic {
     type Path = ClassicPath;
+    type Memory = Vec<LightView>;
 
     fn start(&self) -> ClassicPath {
         ClassicPath { weight: Spectrum::WHITE, node: 1, depth: 0, refracted: false }
     }
 
-    fn step(
+    fn shade(
         &self,
         scene: &Scene,
+        arrivals: &Arrivals<'_, ClassicPath>,
+        lights: &mut Vec<LightView>,
+        out: &mut Step<'_, ClassicPath>,
+    ) {
+        if lights.is_empty() {
+            lights.extend(scene.lights().iter().map(|light| LightView::of(&light.value)));
+        }
+        vectorize(Shading { classic: self, scene, lights, arrivals, out });
+    }
+
+    fn place(&self, path: &ClassicPath) -> PathPlace {
+        let origin = match (path.depth, path.refracted) {
+            (0, _) => "camera",
+            (_, true) => "refraction",
+            (_, false) => "reflection",
+        };
+        PathPlace { depth: path.depth, node: path.node, weight: path.weight, origin }
+    }
+}
+
+impl Classic {
+    /// Shades one point.
+    #[inline(always)]
+    fn step(
+        &self,
+        (scene, lights): (&Scene, &[LightView]),
         path: &ClassicPath,
-        at: Option<&SurfacePoint>,
+        at: &SurfacePoint,
         sampler: &Sampler,
         out: &mut Step<'_, ClassicPath>,
     ) {
-        let Some(at) = at else { return };
         let view = scene.phong_view(at);
         if self.phase == 1 {
             return out.add(path.weight * view.diffuse);
@@ -204,17 +274,8 @@ impl Integrator for Classic {
                     self.glass(path, at, ior, out);
                 }
             }
-            _ => self.shade(scene, path, at, &view, sampler, out),
+            _ => self.light((scene, lights), path, at, &view, sampler, out),
         }
-    }
-
-    fn place(&self, path: &ClassicPath) -> PathPlace {
-        let origin = match (path.depth, path.refracted) {
-            (0, _) => "camera",
-            (_, true) => "refraction",
-            (_, false) => "reflection",
-        };
-        PathPlace { depth: path.depth, node: path.node, weight: path.weight, origin }
     }
 }
 
