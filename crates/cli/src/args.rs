@@ -1,10 +1,13 @@
 //! The command line.
 
+use crate::limits::{parse_noise, parse_time};
 use clap::{ArgAction, Args, Parser, Subcommand};
+use penombre::film::FilmLayer;
 use penombre::render::RenderSettings;
 use penombre_image::ToneCurve;
 use std::ffi::OsString;
 use std::path::PathBuf;
+use std::time::Duration;
 
 /// A renderer: scene in, picture out.
 #[derive(Debug, Parser)]
@@ -69,7 +72,10 @@ pub struct SceneArgs {
     /// Another seed gives other noise.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64))]
     pub seed: Option<u64>,
-    /// How light is computed: classic.
+    /// How light is computed: path, classic, direct, ao or aov; default: the scene's own, else path.
+    ///
+    /// path: all light, by chance. classic: the course's ray tracer. direct: light without a detour. ao: ambient occlusion.
+    /// aov: a feature of the first surfaces, see `integrator.aov.layer`.
     #[arg(long, value_name = "NAME")]
     pub integrator: Option<String>,
     /// classic: 1 flat colour, 2 Phong and shadows, 3 and mirrors, 4 and glass.
@@ -110,6 +116,31 @@ pub struct RenderArgs {
     /// Brightness of 8-bit outputs in powers of two.
     #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true, value_parser = parse_finite)]
     pub exposure: f32,
+    /// Layers beside the colour, with commas between: albedo, depth, material-id, normal, object-id, position, samples,
+    /// uv, variance. They are in each .exr output; beside an output of another format each is a file of its own,
+    /// `image.depth.png`.
+    ///
+    /// Those of surfaces are of the first one that a ray meets, means over the pixel's samples. albedo: share of light that
+    /// the surface scatters, plus what it emits, at most 1. depth: distance along the viewing direction, metres, 1e10
+    /// where there is nothing. normal: world space, facing the viewer. position: world space, metres. object-id,
+    /// material-id: numbers from 1, 0 for nothing, of the pixel's first sample. samples: how many the pixel has.
+    /// variance: estimated variance of the pixel's mean.
+    #[arg(long, value_name = "NAMES", value_delimiter = ',', value_parser = parse_layer)]
+    pub aov: Vec<FilmLayer>,
+    /// Stop when the estimated relative error of the image is below this, for example 0.02; at most after `--spp`, or
+    /// 65536 samples per pixel.
+    ///
+    /// The error is the root of the mean over pixels and channels of variance / (mean² + 0.01): its square is the relMSE
+    /// that `penombre diff` would find against the converged image. It is looked at after 32 samples per pixel, then at
+    /// 48, 64, 80, 96, 112, 128, 160 and so on, and must be below with two standard errors to spare. The image is that
+    /// of exactly so many samples: the same bits for any number of threads. For the estimate the samples are drawn in two
+    /// halves, so the noise differs from that without it.
+    #[arg(long, value_name = "X", value_parser = parse_noise, allow_negative_numbers = true)]
+    pub noise: Option<f32>,
+    /// Stop rendering after that time: seconds, or with a unit, 90s, 5min, 2h; at most after `--spp`, or 65536 samples
+    /// per pixel. The image is that of a whole number of samples per pixel, at least 1.
+    #[arg(long, value_name = "TIME", value_parser = parse_time, allow_hyphen_values = true)]
+    pub time: Option<Duration>,
     /// Edge of the tiles in pixels; changes no bit of the image.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=4096))]
     pub tile: Option<u32>,
@@ -183,6 +214,10 @@ fn parse_pixel(text: &str) -> Result<[u32; 2], String> {
     Ok([number(parts.0)?, number(parts.1)?])
 }
 
+fn parse_layer(text: &str) -> Result<FilmLayer, String> {
+    FilmLayer::from_name(text).ok_or_else(|| penombre_scene::help_for(text, "layers", FilmLayer::NAMES))
+}
+
 fn parse_finite(text: &str) -> Result<f32, String> {
     match text.parse::<f32>() {
         Ok(v) if v.is_finite() => Ok(v),
@@ -215,6 +250,21 @@ mod tests {
                 assert!(help.contains(name), "{name}");
             }
         }
+    }
+
+    #[test]
+    fn help_lists_all_layers() {
+        let mut command = <Cli as clap::CommandFactory>::command();
+        let help = command.find_subcommand_mut("render").unwrap().render_help().to_string();
+        for name in FilmLayer::NAMES {
+            assert!(help.contains(name), "{name}");
+        }
+    }
+
+    #[test]
+    fn layers_are_suggested() {
+        assert_eq!(parse_layer("object-id"), Ok(FilmLayer::ObjectId));
+        assert!(parse_layer("normals").unwrap_err().contains("did you mean `normal`"));
     }
 
     #[test]

@@ -9,6 +9,7 @@ mod check;
 mod diff;
 mod info;
 mod interrupt;
+mod limits;
 mod outputs;
 mod planned;
 mod progress;

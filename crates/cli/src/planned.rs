@@ -6,9 +6,6 @@ use std::process::ExitCode;
 
 /// Options and commands that are promised but not built: they get a plain word instead of "unexpected argument".
 const PLANNED: &[&str] = &[
-    "--aov",
-    "--noise",
-    "--time",
     "--at",
     "--checkpoint",
     "--checkpoint-every",

@@ -4,12 +4,12 @@ use crate::args::{RenderArgs, Verbosity};
 use crate::outputs::Output;
 use crate::progress::Progress;
 use crate::scene::{Prepared, prepare};
-use crate::statistics::{Measured, duration, json_line};
-use crate::{Exit, interrupt, report, terminal};
-use penombre::film::Film;
-use penombre::render::default_tone;
-use penombre::{Outcome, Render};
-use penombre_image::{Image, WriteOptions};
+use crate::statistics::{End, Measured, duration, json_line, mean_spp};
+use crate::{Exit, interrupt, limits, report, terminal};
+use penombre::film::FilmLayer;
+use penombre::render::{SPP_ENTRY, default_tone};
+use penombre::{Job, Outcome, Render};
+use penombre_image::WriteOptions;
 use std::time::Instant;
 
 /// Renders a scene and writes its images.
@@ -22,47 +22,61 @@ pub fn run(args: &RenderArgs, verbosity: &Verbosity) -> Exit {
     if let Some(tile) = args.tile {
         prepared.plan.job.tile = tile;
     }
+    limits::apply(args, &mut prepared.plan.job);
     let outputs = Output::all(&args.output, &prepared.loaded.name);
-    let size = prepared.plan.job.size;
+    let (size, layers) = (prepared.plan.job.size, wanted_layers(args));
     // All of them, so that all faults are told at once.
-    let faulty = outputs.iter().filter(|o| !o.check(size)).count();
-    if faulty > 0 || !Output::check_all(&outputs, args.course_ppm) {
+    let faulty = outputs.iter().filter(|o| !o.check(size, &layers)).count();
+    if faulty > 0 || !Output::check_all(&outputs, args.course_ppm, &layers) {
         return Exit::Usage;
     }
-    if !fits_in_memory(size) {
+    if !fits_in_memory(&prepared.plan.job) {
         return Exit::Usage;
     }
-    let options = write_options(args, &prepared);
+    let mut options = write_options(args, &prepared);
     let threads = args.threads.map_or_else(all_cores, |n| n as usize);
     let mut measured = Measured::new(&prepared, threads);
     if verbosity.verbose > 0 {
         describe(&prepared, threads);
     }
     let mut render = Render::new(prepared.plan);
-    let outcome = compute(&mut render, &mut measured, verbosity);
+    compute(&mut render, &mut measured, args, verbosity);
     warn_of_dropped(&args.scene.scene, &render);
-    let image = render.image();
-    if outcome == Outcome::Stopped && render.statistics().samples == 0 {
+    if let Some(most) = render.integrator().clamp().filter(|_| !verbosity.quiet) {
+        terminal::err(&format!(
+            "note: indirect light was limited to {most} per sample (`integrator.path.clamp`): the image may be too dark"
+        ));
+    }
+    if measured.end == End::Interrupt && render.statistics().samples == 0 {
         terminal::err("interrupted before the first sample: nothing was saved");
         return Exit::Interrupted;
     }
-    let unsaved = outputs.iter().filter(|o| !o.write(&image, &options)).count();
-    if unsaved > 0 {
-        return Exit::Failure;
+    for (_, value) in options.metadata.iter_mut().filter(|(key, _)| key == SPP_ENTRY) {
+        *value = mean_spp(&render).to_string();
     }
-    tell(args, verbosity, &render, &image, &measured, &outputs);
-    match outcome {
-        Outcome::Finished => Exit::Done,
-        Outcome::Stopped => {
-            terminal::err("interrupted: the image holds what was done");
-            Exit::Interrupted
-        }
+    let layers = render.layers(&layers);
+    // All of them are tried, whatever becomes of the others.
+    let written: Vec<_> = outputs.iter().map(|o| o.write(&layers, &options)).collect();
+    let Some(files) = written.into_iter().collect::<Option<Vec<_>>>() else { return Exit::Failure };
+    tell(args, verbosity, &render, &measured, &files.concat());
+    if measured.end == End::Interrupt {
+        terminal::err("interrupted: the image holds what was done");
+        return Exit::Interrupted;
     }
+    Exit::Done
+}
+
+/// The layers that were asked for, each once.
+fn wanted_layers(args: &RenderArgs) -> Vec<FilmLayer> {
+    let mut layers = args.aov.clone();
+    layers.sort();
+    layers.dedup();
+    layers
 }
 
 /// Reports an image that is larger than the free memory. True if all is well, as far as one can tell.
-fn fits_in_memory([w, h]: [u32; 2]) -> bool {
-    let needed = Film::bytes(w, h);
+fn fits_in_memory(job: &Job) -> bool {
+    let ([w, h], needed) = (job.size, job.film_bytes());
     match penombre_sys::available_memory() {
         Some(free) if free < needed => {
             let (needed, free) = (needed >> 20, free >> 20);
@@ -76,18 +90,21 @@ fn fits_in_memory([w, h]: [u32; 2]) -> bool {
 }
 
 /// Runs the job, measuring it.
-fn compute(render: &mut Render, measured: &mut Measured, verbosity: &Verbosity) -> Outcome {
-    let job = *render.job();
+fn compute(render: &mut Render, measured: &mut Measured, args: &RenderArgs, verbosity: &Verbosity) {
     let visible = !verbosity.quiet && !verbosity.no_progress;
-    let pixels = u64::from(job.size[0]) * u64::from(job.size[1]);
-    let progress = Progress::new(job.samples(), pixels, visible);
+    let progress = Progress::new(render.job(), args.time, visible);
     let (begin, cpu) = (Instant::now(), penombre_sys::process_cpu_time());
     let outcome = render.run(measured.threads, &progress);
     measured.render_s = begin.elapsed().as_secs_f64();
     measured.cpu =
         penombre_sys::process_cpu_time().zip(cpu).map(|(after, before)| after.saturating_sub(before));
     progress.finish();
-    outcome
+    measured.end = match outcome {
+        Outcome::Finished => End::Samples,
+        Outcome::Converged => End::Noise,
+        Outcome::Stopped if progress.timed_out() && !interrupt::requested() => End::Time,
+        Outcome::Stopped => End::Interrupt,
+    };
 }
 
 fn all_cores() -> usize {
@@ -139,32 +156,23 @@ fn warn_of_dropped(scene: &str, render: &Render) {
 }
 
 /// The closing lines: files, size, time; or the statistics for programs.
-fn tell(
-    args: &RenderArgs,
-    verbosity: &Verbosity,
-    render: &Render,
-    image: &Image,
-    measured: &Measured,
-    outputs: &[Output],
-) {
+fn tell(args: &RenderArgs, verbosity: &Verbosity, render: &Render, measured: &Measured, files: &[String]) {
     // Standard output belongs to the image if it goes there.
-    let say = if outputs.contains(&Output::StandardOutput) { terminal::err } else { terminal::out };
+    let is_image = |file: &String| file == "-";
+    let say = if files.iter().any(is_image) { terminal::err } else { terminal::out };
     if args.json {
-        say(&json_line(&args.scene.scene, render, image, measured, outputs).to_string());
+        say(&json_line(&args.scene.scene, render, &render.image(), measured, files).to_string());
         return;
     }
     if verbosity.quiet {
         return;
     }
-    let (job, statistics) = (render.job(), render.statistics());
-    let pixels = f64::from(job.size[0]) * f64::from(job.size[1]);
-    for output in outputs.iter().filter(|o| **o != Output::StandardOutput) {
+    let ([w, h], statistics) = (render.job().size, render.statistics());
+    let error = statistics.estimate.map(|e| format!("error {:.2} %, ", 100.0 * e.error)).unwrap_or_default();
+    for file in files.iter().filter(|file| !is_image(file)) {
         say(&format!(
-            "{}  {}×{}, {:.0} spp, {}, {:.1} Mrays/s",
-            output.name(),
-            job.size[0],
-            job.size[1],
-            statistics.samples as f64 / pixels,
+            "{file}  {w}×{h}, {:.0} spp, {error}{}, {:.1} Mrays/s",
+            mean_spp(render),
             duration(measured.render_s),
             statistics.rays as f64 / measured.render_s.max(1e-9) / 1e6,
         ));

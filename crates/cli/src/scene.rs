@@ -3,8 +3,9 @@
 use crate::args::SceneArgs;
 use crate::{report, terminal};
 use penombre::Plan;
+use penombre::integrator::{Classic, PathTracer};
 use penombre_scene::load::{LoadOptions, Loaded, load};
-use penombre_scene::{Diagnostics, Node, Role, SceneDescription, Span, Value};
+use penombre_scene::{Diagnostics, Node, Role, SceneDescription, Span, Value, ValueKind};
 use std::time::Instant;
 
 /// A loaded scene, ready to run.
@@ -80,6 +81,27 @@ fn apply(args: &SceneArgs, description: &mut SceneDescription, out: &mut Diagnos
     }
     if args.hard_shadows {
         classic("hard_shadows", true.into());
+    }
+    refuse_classic_options(args, description, out);
+}
+
+/// Reports options of the course's integrator where another one renders: they would do nothing.
+fn refuse_classic_options(args: &SceneArgs, description: &SceneDescription, out: &mut Diagnostics) {
+    let render = description.of_role(Role::Render).next().map(|(_, node)| node);
+    let name = match render.and_then(|n| n.param("integrator")).map(|p| &p.value.kind) {
+        Some(ValueKind::String(name)) => name.as_str(),
+        Some(_) => return,
+        None => PathTracer::NAME,
+    };
+    if name == Classic::NAME {
+        return;
+    }
+    for (option, given) in [("--phase", args.phase.is_some()), ("--hard-shadows", args.hard_shadows)] {
+        if given {
+            let message = format!("`{option}` is an option of the integrator classic, and this is `{name}`");
+            out.error("scene::classic-only", Span::NONE, message).help =
+                "add --integrator classic".to_owned();
+        }
     }
 }
 

@@ -1,6 +1,5 @@
 //! The figures of a render, for people and programs.
 
-use crate::outputs::Output;
 use crate::scene::Prepared;
 use penombre::Render;
 use penombre_image::Image;
@@ -19,12 +18,46 @@ pub struct Measured {
     pub cpu: Option<Duration>,
     /// Threads of the render.
     pub threads: usize,
+    /// What ended it.
+    pub end: End,
+}
+
+/// What ended a render.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum End {
+    /// All samples were taken.
+    Samples,
+    /// The error is below the limit.
+    Noise,
+    /// Time is up.
+    Time,
+    /// The user.
+    Interrupt,
+}
+
+impl End {
+    /// How programs call it.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Samples => "spp",
+            Self::Noise => "noise",
+            Self::Time => "time",
+            Self::Interrupt => "interrupt",
+        }
+    }
+}
+
+/// Mean samples per pixel taken.
+pub fn mean_spp(render: &Render) -> f64 {
+    let [w, h] = render.job().size.map(f64::from);
+    render.statistics().samples as f64 / (w * h)
 }
 
 impl Measured {
     /// Begins with what preparing took.
     pub fn new(prepared: &Prepared, threads: usize) -> Self {
-        Self { load_s: prepared.load_s, build_s: prepared.build_s, render_s: 0.0, cpu: None, threads }
+        let (load_s, build_s) = (prepared.load_s, prepared.build_s);
+        Self { load_s, build_s, render_s: 0.0, cpu: None, threads, end: End::Samples }
     }
 }
 
@@ -34,11 +67,10 @@ pub fn json_line(
     render: &Render,
     image: &Image,
     measured: &Measured,
-    outputs: &[Output],
+    files: &[String],
 ) -> Value {
     let (job, statistics) = (render.job(), render.statistics());
     let summary = render.scene().summary();
-    let pixels = f64::from(job.size[0]) * f64::from(job.size[1]);
     let per_second = |count: u64| count as f64 / measured.render_s.max(1e-9) / 1e6;
     let mib = |bytes: u64| bytes as f64 / (1024.0 * 1024.0);
     json!({
@@ -46,7 +78,7 @@ pub fn json_line(
         "integrator": render.integrator().name(),
         "width": job.size[0],
         "height": job.size[1],
-        "spp": statistics.samples as f64 / pixels,
+        "spp": mean_spp(render),
         "seed": job.seed,
         "samples": statistics.samples,
         "rays": statistics.rays,
@@ -62,10 +94,12 @@ pub fn json_line(
         "triangles": summary.triangles,
         "instances": summary.instances,
         "mean": image.mean(),
-        "error": Value::Null,
+        "error": statistics.estimate.map(|e| e.error),
+        "stopped_by": measured.end.name(),
         "non_finite": statistics.non_finite,
+        "clamp": render.integrator().clamp(),
         "digest": image.digest(),
-        "outputs": outputs.iter().map(Output::name).collect::<Vec<_>>(),
+        "outputs": files,
     })
 }
 

@@ -2,7 +2,7 @@
 //!
 //! The camera looks from the front right, a little from above, with the whole mesh in view. Under the mesh lies a
 //! ground that fills the picture; a soft key light stands at the upper left, a weak and larger fill light at the
-//! right.
+//! right; except in `classic`, which has ambient light instead, a dim sky shines evenly.
 
 use crate::assets::Assets;
 use crate::description::{Node, Role, SceneDescription, Value, ValueKind};
@@ -29,18 +29,13 @@ const FILL: [f64; 3] = [-0.9, 0.5, 0.5];
 /// when the assets are loaded. `file`: relative to the root folder.
 pub fn bare_mesh(file: &str) -> SceneDescription {
     let mut scene = SceneDescription::default();
-    scene.add(
-        Node::new(Role::Render, "render", "")
-            .with("integrator", "classic")
-            .with("size", SIZE.map(Value::from))
-            .with("spp", 32),
-    );
+    scene.add(Node::new(Role::Render, "render", "").with("size", SIZE.map(Value::from)).with("spp", 32));
     scene.add(Node::new(Role::Integrator, "classic", "classic").with("ambient", [0.1; 3]));
     scene.add(Node::new(Role::Shape, "mesh", MESH_NAME).with("file", file).with("crease_angle", 60.0));
     scene
 }
 
-/// Adds the camera `auto`, the shape and material `ground` and the lights `key` and `fill` to a scene of meshes
+/// Adds the camera `auto`, the shape and material `ground` and the lights `key`, `fill` and `sky` to a scene of meshes
 /// (without transforms). A scene whose meshes have no triangle gets the camera only.
 pub fn complete(scene: &mut SceneDescription, assets: &Assets) {
     let shapes: Vec<_> = scene.of_role(Role::Shape).map(|(id, _)| id).collect();
@@ -57,9 +52,11 @@ pub fn complete(scene: &mut SceneDescription, assets: &Assets) {
     let view = stage.fit(points.iter().map(|p| p.as_dvec3()), aspect);
     scene.add(stage.camera(&view));
     stage.add_ground(scene, &view, aspect.max(WIDEST));
-    // Together with the ambient light a white surface gets about 1, whichever way it faces.
-    scene.add(stage.light("key", KEY, 2.4, 0.8, 4));
-    scene.add(stage.light("fill", FILL, 4.0, 0.3, 2));
+    // In `classic`, together with the ambient light a white surface gets about 1, whichever way it faces. Elsewhere a
+    // white surface that faces the key light has a radiance of about 0.7, and the sky's 0.15 where it sees that alone.
+    scene.add(stage.light("key", KEY, 2.4, [0.8, 11.0], 4));
+    scene.add(stage.light("fill", FILL, 4.0, [0.3, 0.6], 2));
+    scene.add(Node::new(Role::Light, "environment", "sky").with("radiance", [0.15; 3]));
 }
 
 /// Width over height of the picture that `render.size` asks for, as far as it is sound.
@@ -176,8 +173,16 @@ impl Stage {
         );
     }
 
-    /// A square light that faces the mesh. `size`: its edge in radii of the mesh.
-    fn light(&self, name: &str, parts: [f64; 3], size: f64, strength: f64, shadow_samples: i64) -> Node {
+    /// A square light that faces the mesh. `size`: its edge in radii of the mesh; `strengths`: its colour in `classic` and its
+    /// radiance elsewhere, W/(sr·m²).
+    fn light(
+        &self,
+        name: &str,
+        parts: [f64; 3],
+        size: f64,
+        strengths: [f64; 2],
+        shadow_samples: i64,
+    ) -> Node {
         let direction = (self.right * -parts[0] + DVec3::Y * parts[1] + self.back * parts[2]).normalize();
         let facing = -direction;
         let across = DVec3::Y.cross(facing).normalize() * (size * self.radius);
@@ -186,7 +191,8 @@ impl Stage {
         Node::new(Role::Light, "quad", name)
             .with("origin", vector(origin))
             .with("sides", [vector(across), vector(along)])
-            .with("color", [strength; 3])
+            .with("color", [strengths[0]; 3])
+            .with("radiance", [strengths[1]; 3])
             .with("shadow_samples", shadow_samples)
     }
 }

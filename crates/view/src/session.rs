@@ -350,8 +350,11 @@ impl Session {
         let mut edits = vec![Edit::Size(setup.size)];
         edits.extend(settings.spp.map(Edit::Spp));
         edits.extend(settings.integrator.clone().map(Edit::Integrator));
-        edits.extend(settings.phase.map(Edit::Phase));
-        edits.extend(settings.hard_shadows.map(Edit::HardShadows));
+        // The command refuses them with another integrator, where they do nothing.
+        if settings.integrator.as_ref().unwrap_or(&self.values.integrator) == Classic::NAME {
+            edits.extend(settings.phase.map(Edit::Phase));
+            edits.extend(settings.hard_shadows.map(Edit::HardShadows));
+        }
         if let Some(samples) = settings.shadow_samples {
             let lights = self.loaded.description.of_role(Role::Light).map(|(_, node)| node);
             let areas = lights.filter(|node| has_area(node));

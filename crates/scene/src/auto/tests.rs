@@ -115,7 +115,7 @@ fn lights_face_the_mesh_and_do_not_overexpose() {
     let center = DVec3::new(11.0, -8.0, 13.0);
     let camera = find(&scene, Role::Camera, "auto");
     let right = (point(camera, "target") - point(camera, "position")).cross(DVec3::Y).normalize();
-    let mut total = DVec3::ZERO;
+    let (mut total, mut physical) = (DVec3::ZERO, 0.0);
     for (name, side) in [("key", -1.0), ("fill", 1.0)] {
         let light = find(&scene, Role::Light, name);
         let sides = floats(light, "sides");
@@ -124,10 +124,16 @@ fn lights_face_the_mesh_and_do_not_overexpose() {
         assert!(a.cross(b).normalize().dot((center - middle).normalize()) > 0.99);
         assert!((middle - center).y > 0.0 && (middle - center).dot(right) * side > 0.0);
         total += (middle - center).normalize() * floats(light, "color")[0];
+        // Radiance of a white surface that faces it, far off compared with its size.
+        let solid_angle = a.cross(b).length() / (middle - center).length_squared();
+        physical += floats(light, "radiance")[0] * solid_angle / std::f64::consts::PI;
     }
+    // The sky is bright enough to be seen in, and less than the lamps.
+    assert!((0.05..0.2).contains(&floats(find(&scene, Role::Light, "sky"), "radiance")[0]));
     // The brightest that a white surface can be, turned the best way.
     let brightest = total.length() + floats(find(&scene, Role::Integrator, "classic"), "ambient")[0];
     assert!((0.9..1.05).contains(&brightest), "{brightest}");
+    assert!((0.4..0.8).contains(&physical), "{physical}");
 }
 
 #[test]

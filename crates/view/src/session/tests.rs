@@ -134,14 +134,19 @@ fn the_command_gives_the_same_bits_whatever_was_changed() {
     ] {
         assert!(line.contains(part), "{part} in {line}");
     }
-    let settings = Settings { hard_shadows: Some(true), phase: Some(4), ..few };
-    let line = same(&session, &Setup { settings, ..moved });
+    let mut settings = Settings { hard_shadows: Some(true), phase: Some(4), ..few };
+    let line = same(&session, &Setup { settings: settings.clone(), ..moved.clone() });
     assert!(line.contains(" --hard-shadows"), "{line}");
+    // What another integrator does not have is not in its command, which would be refused.
+    settings.integrator = Some("path".to_owned());
+    let line = same(&session, &Setup { settings, ..moved });
+    assert!(line.contains("--integrator path") && !line.contains("--phase"), "{line}");
 }
 
 const ODD: &str = r#"
 penombre = 1
 [render]
+integrator = "classic"
 size = [32, 24]
 spp = 2
 camera = "it's"

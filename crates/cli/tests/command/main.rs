@@ -1,6 +1,9 @@
 //! The command as a user meets it: files, exit status, what is said where.
 #![allow(clippy::unwrap_used, reason = "a test may fail anywhere")]
 
+mod bits;
+mod limits;
+
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use tempfile::TempDir;
@@ -94,6 +97,18 @@ fn every_format_is_written_and_read_back() {
 }
 
 #[test]
+fn clamping_is_said() {
+    let folder = Folder::new();
+    let arguments = ["--integrator", "path", "--json", "--set", "integrator.path.clamp=0.5"];
+    let output = folder.run(&small(&["render", "cornell"], &arguments));
+    let line: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(line["clamp"], 0.5);
+    assert!(text(&output.stderr).contains("limited to 0.5"), "{}", text(&output.stderr));
+    let line = folder.json(&small(&["render", "cornell"], &arguments[..3]));
+    assert!(line["clamp"].is_null());
+}
+
+#[test]
 fn tone_curves_change_8_bit_files_only() {
     let folder = Folder::new();
     let curves = ["raw", "srgb", "agx", "aces", "pbr-neutral", "filmic"];
@@ -144,7 +159,8 @@ fn threads_tiles_and_outputs_change_no_bit_and_seeds_do() {
 fn instruction_sets_change_no_bit() {
     let folder = Folder::new();
     let render = |scene: &str, phase: &str, set: &str| {
-        let mut command = folder.command(&small(&["render", scene, "--phase", phase], &["--json"]));
+        let options = ["--integrator", "classic", "--phase", phase, "--json"];
+        let mut command = folder.command(&small(&["render", scene], &options));
         let output = command.env("PENOMBRE_INSTRUCTIONS", set).output().unwrap();
         assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
         let line: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
@@ -247,7 +263,7 @@ fn wrong_places_to_write_are_told_before_the_first_sample() {
 fn wrong_command_lines_are_refused() {
     let folder = Folder::new();
     for (arguments, expected) in [
-        (vec!["render", "cornell", "--noise", "0.1"], "not built yet"),
+        (vec!["render", "cornell", "--denoise"], "not built yet"),
         (vec!["render", "cornell", "--resume"], "not built yet"),
         (vec!["convert", "cornell"], "not built yet"),
         (vec!["render", "cornell", "--nose", "0.1"], "--nose"),
@@ -261,7 +277,13 @@ fn wrong_command_lines_are_refused() {
         (vec!["render", "cornell", "-o", "."], "is a folder"),
         (vec!["render", "cornell", "--phase", "5"], "--phase"),
         (vec!["render", "cornell", "--tone", "AgX"], "raw, srgb, agx, aces, pbr-neutral, filmic"),
-        (vec!["render", "cornell", "--integrator", "path"], "unknown integrator `path`"),
+        (vec!["render", "cornell", "--integrator", "pat"], "did you mean `path`"),
+        (vec!["render", "cornell", "--integrator", "path", "--phase", "3"], "add --integrator classic"),
+        (
+            vec!["render", "cornell", "--integrator", "ao", "--hard-shadows"],
+            "option of the integrator classic",
+        ),
+        (vec!["render", "cornell", "--set", "integrator.aov.layer=\"normals\""], "did you mean `normal`"),
         (vec!["render", "cornell", "--camera", "left"], "no such camera"),
         (vec!["render", "cornel"], "did you mean `cornell`"),
         (vec!["render", "nowhere.toml"], "nowhere.toml"),
