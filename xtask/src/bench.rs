@@ -1,5 +1,10 @@
 //! Figures on this machine.
 
+mod convergence;
+mod noise;
+mod peers;
+mod plot;
+
 use crate::json;
 use crate::run::{Call, Outcome, built, release_binary, test_data};
 use crate::test::python;
@@ -7,6 +12,9 @@ use crate::test::window::Screen;
 use std::path::{Path, PathBuf};
 
 const RUNS: usize = 3;
+
+/// All benchmarks.
+const NAMES: [&str; 8] = ["kernels", "agree", "scale", "cornell", "window", "peers", "convergence", "noise"];
 
 /// Runs the benchmark called `name`, or those that take neither a virtual screen nor long: the kernels' and the box. Those of
 /// the kernels take options.
@@ -16,9 +24,12 @@ pub fn run(name: Option<&str>, options: &[&str]) -> Outcome {
         (Some(name @ ("agree" | "scale")), _) => kernels(Some(name), options),
         (Some("cornell"), []) => cornell(),
         (Some("window"), []) => window(),
+        (Some("peers"), _) => peers::run(options),
+        (Some("convergence"), _) => convergence::run(options),
+        (Some("noise"), _) => noise::run(options),
         (None, _) => kernels(None, &[]).and_then(|()| cornell()),
         (Some(name @ ("cornell" | "window")), _) => Err(format!("the benchmark `{name}` takes no options")),
-        (Some(other), _) => Err(format!("no benchmark `{other}`: kernels, agree, scale, cornell, window")),
+        (Some(other), _) => Err(format!("no benchmark `{other}`: {}", NAMES.join(", "))),
     }
 }
 
@@ -60,16 +71,62 @@ fn absolute(path: impl AsRef<Path>) -> Result<PathBuf, String> {
     std::path::absolute(path).map_err(|e| format!("{}: {e}", path.display()))
 }
 
+/// Builds the command for release.
+fn build_command() -> Outcome {
+    Call::cargo(&["build", "--release", "-p", "penombre-cli"]).status()
+}
+
+/// A temporary folder that goes away with this value.
+#[derive(Debug)]
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(purpose: &str) -> Result<Self, String> {
+        let path = std::env::temp_dir().join(format!("penombre-{purpose}-{}", std::process::id()));
+        std::fs::create_dir_all(&path).map_err(|e| format!("{}: {e}", path.display()))?;
+        Ok(Self(path))
+    }
+
+    fn path(&self) -> &Path {
+        &self.0
+    }
+
+    /// The path of a file in it.
+    fn file(&self, name: &str) -> String {
+        self.0.join(name).to_string_lossy().into_owned()
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        if let Err(error) = std::fs::remove_dir_all(&self.0) {
+            eprintln!("{}: {error}", self.0.display());
+        }
+    }
+}
+
+/// relMSE of an image against another, as the command computes it.
+fn rel_mse(image: &str, truth: &str) -> Result<f64, String> {
+    let line =
+        Call::new(release_binary(), &["diff", image, truth, "--json", "--tolerance", "3e38"]).output()?;
+    json::number(&line, "rel_mse").ok_or_else(|| format!("no number `rel_mse` in: {line}"))
+}
+
+/// The whole number above 0 that follows an option.
+fn number_option(options: &[&str], name: &str, default: u32) -> Result<u32, String> {
+    let options = options.strip_prefix(&["--"]).unwrap_or(options);
+    let Some(place) = options.iter().position(|o| *o == name) else { return Ok(default) };
+    let value = options.get(place + 1).and_then(|v| v.parse().ok()).filter(|v| *v > 0);
+    value.ok_or_else(|| format!("`{name}`: expected a whole number above 0"))
+}
+
 /// Times the built-in box as the command renders it: median of three runs.
 fn cornell() -> Outcome {
-    Call::cargo(&["build", "--release", "-p", "penombre-cli"]).status()?;
-    let folder = std::env::temp_dir().join(format!("penombre-bench-{}", std::process::id()));
-    std::fs::create_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
-    let image = folder.join("cornell.pfm").to_string_lossy().into_owned();
+    build_command()?;
+    let folder = Folder::new("bench")?;
+    let image = folder.file("cornell.pfm");
     let render = Call::new(release_binary(), &["render", "cornell", "--json", "--no-progress", "-o", &image]);
-    let lines: Result<Vec<String>, String> = (0..RUNS).map(|_| render.output()).collect();
-    std::fs::remove_dir_all(&folder).map_err(|e| format!("{}: {e}", folder.display()))?;
-    let lines = lines?;
+    let lines: Vec<String> = (0..RUNS).map(|_| render.output()).collect::<Result<_, _>>()?;
     for (key, unit) in [("render_s", "s"), ("mrays_per_s", "Mrays/s"), ("msamples_per_s", "Msamples/s")] {
         let values: Option<Vec<f64>> = lines.iter().map(|line| json::number(line, key)).collect();
         let values = values.ok_or_else(|| format!("`{}`: no number `{key}` in its JSON", render.typed()))?;
@@ -107,8 +164,18 @@ mod tests {
 
     #[test]
     fn unknown_names_are_refused() {
-        assert!(run(Some("nothing"), &[]).unwrap_err().contains("kernels, agree, scale, cornell, window"));
+        assert!(
+            run(Some("nothing"), &[]).unwrap_err().contains("kernels, agree, scale, cornell, window, peers")
+        );
         assert!(run(Some("window"), &["--json"]).unwrap_err().contains("takes no options"));
+    }
+
+    #[test]
+    fn options_are_numbers_above_0() {
+        assert_eq!(number_option(&["--", "--most", "64"], "--most", 4096), Ok(64));
+        assert_eq!(number_option(&[], "--most", 4096), Ok(4096));
+        assert!(number_option(&["--most", "x"], "--most", 1).is_err());
+        assert!(number_option(&["--most"], "--most", 1).is_err());
     }
 
     #[test]

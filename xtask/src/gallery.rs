@@ -8,8 +8,11 @@ const PICTURES: &[(&str, &str, &str)] = &[
     ("cornell-phase-2.png", "cornell", "--phase 2 --size 240x240 --spp 64"),
     ("cornell-phase-3.png", "cornell", "--phase 3 --size 240x240 --spp 64"),
     ("cornell-phase-4.png", "cornell", "--phase 4 --size 240x240 --spp 64"),
+    ("cornell-path.png", "cornell", "--integrator path --size 240x240 --spp 512"),
     ("cornell.png", "cornell", ""),
-    ("spot.png", "assets/meshes/spot.obj", "--size 480x480 --spp 64"),
+    ("materials.jpg", "scenes/materials.toml", ""),
+    ("spot.jpg", "assets/meshes/spot.obj", "--size 480x480 --spp 256"),
+    ("spot-gold.jpg", "scenes/spot.toml", "--asset-root assets --exposure -0.4"),
     ("checker-mirror.png", "tests/oracle/scenes/checker-mirror.toml", ""),
     ("checker-glass.png", "tests/oracle/scenes/checker-glass.toml", ""),
 ];

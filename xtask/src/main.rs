@@ -25,7 +25,10 @@ cargo xtask TASK
                    who is right; scale: from 10^3 to 10^7 triangles, and 10^6 instances; window: how soon it shows input.
                    kernels and agree take options: --only NAME-PART of a built-in mesh, --mesh FILE (OBJ or OFF,
                    repeatable), --rays N, --reps N, --json; scale: --largest TRIANGLES, --instances N, --rays N, --reps N,
-                   --svg FILE, --json; with EMBREE_LIB naming Embree 4's library they compare (agree needs it)
+                   --svg FILE, --json; with EMBREE_LIB naming Embree 4's library they compare (agree needs it).
+                   peers: against other renderers, options are those of peers/bench.py; convergence: error by samples per
+                   pixel, --most N; noise: true by promised error of --noise, --size N, --spp N. They need the test data's
+                   `peers`, installed by its setup.sh
   help             this page
 
 Needs: the toolchain of rust-toolchain or rust-version with rustfmt and clippy, a C linker (Debian: build-essential),
