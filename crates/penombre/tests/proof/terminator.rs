@@ -90,11 +90,11 @@ fn is_within(block: usize) -> bool {
     reach(block % columns).hypot(reach(block / columns)) < radius
 }
 
-/// The largest difference of a lit block: its mean is above 15 % of the brightest one's.
-fn worst(ball: &Subject, reference: &Subject) -> (usize, f64) {
+/// The largest difference of a block whose mean is above a share of the brightest one's.
+fn worst(ball: &Subject, reference: &Subject, share: f64) -> (usize, f64) {
     let [found, expected] = [ball, reference].map(|s| block_means(&s.render(), EDGE));
     let brightest = expected.iter().map(|b| b[1]).fold(0.0, f64::max);
-    let lit = (0..found.len()).filter(|i| is_within(*i) && expected[*i][1] > 0.15 * brightest);
+    let lit = (0..found.len()).filter(|i| is_within(*i) && expected[*i][1] > share * brightest);
     let differences: Vec<(usize, f64)> = lit.map(|i| (i, found[i][1] / expected[i][1] - 1.0)).collect();
     assert!(differences.len() > 15, "{}", differences.len());
     differences.into_iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).unwrap()
@@ -109,9 +109,15 @@ fn a_ball_of_320_triangles_is_lit_like_a_true_one() {
     let ball = smooth_ball(2, "");
     for place in PLACES {
         let lamp = lamp(place);
-        let (block, difference) = worst(&scene(&ball, &lamp), &scene(TRUE_BALL, &lamp));
-        println!("lamp at {place:?}: block {block} differs by {:+.2} %", 100.0 * difference);
-        assert!(difference.abs() < 0.05, "{place:?}: block {block} differs by {difference}");
+        // Next to the terminator a small shift of a point counts for more; without repair blocks are 13 to 88 % too dark there.
+        for (share, allowed) in [(0.15, 0.05), (0.02, 0.1)] {
+            let (block, difference) = worst(&scene(&ball, &lamp), &scene(TRUE_BALL, &lamp), share);
+            println!(
+                "lamp at {place:?}, above {share}: block {block} differs by {:+.2} %",
+                100.0 * difference
+            );
+            assert!(difference.abs() < allowed, "{place:?}: block {block} differs by {difference}");
+        }
     }
 }
 
@@ -120,7 +126,7 @@ fn a_ball_of_320_triangles_is_lit_like_a_true_one() {
 fn a_placed_ball_is_lit_like_a_true_one() {
     let place = "transform = [{ rotate = [1, 2, 3], angle = 40 }]\n";
     let lamp = lamp(PLACES[0]);
-    let (block, difference) = worst(&scene(&smooth_ball(2, place), &lamp), &scene(TRUE_BALL, &lamp));
+    let (block, difference) = worst(&scene(&smooth_ball(2, place), &lamp), &scene(TRUE_BALL, &lamp), 0.15);
     assert!(difference.abs() < 0.05, "block {block} differs by {difference}");
 }
 
