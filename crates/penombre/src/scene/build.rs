@@ -113,9 +113,11 @@ impl Builder<'_, '_> {
             emitters: Emitters::default(),
             specular: SpecularSpheres::default(),
             cut_outs: Vec::new(),
+            has_mixes: false,
         };
         scene.emitters = Emitters::of(&scene, self.solid_lights);
         scene.specular = SpecularSpheres::of(&scene);
+        scene.has_mixes = scene.materials.iter().any(|m| matches!(m.value, AnyMaterial::Mix(_)));
         scene.cut_outs = scene.find_cut_outs();
         self.complete(&mut scene, aspect);
         (!self.out.has_errors()).then(|| Arc::new(scene))

@@ -46,6 +46,8 @@ pub struct Scene {
     specular: SpecularSpheres,
     /// Whether each shape has a material that is not entirely there; empty if none has.
     cut_outs: Vec<bool>,
+    /// True if a material is made of others.
+    has_mixes: bool,
 }
 
 impl Scene {
@@ -88,7 +90,7 @@ impl Scene {
     /// True if a surface's model may depend on the uniform number of [`bsdf`](Self::bsdf).
     #[inline]
     pub fn has_mixes(&self) -> bool {
-        false
+        self.has_mixes
     }
 
     #[inline]

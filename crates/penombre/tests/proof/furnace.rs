@@ -113,6 +113,30 @@ fn world(material: &str, spp: i64) -> [[f64; 3]; 2] {
     [mean(&image, [0, 0, 32]), mean(&image, [8, 16, 16])]
 }
 
+/// A mix of black and white under a white world sends back the share of white, for each path chooses one of both.
+#[test]
+fn mixes_send_back_the_shares_of_their_parts() {
+    let ball = |amount: &str, nested: &str| {
+        format!(
+            "[render]\nintegrator = \"path\"\nsize = [16, 16]\nspp = 1024\n\
+             [camera.main]\ntype = \"perspective\"\nposition = [0, 0, 5]\ntarget = [0, 0, 0]\nfov = 15\n\
+             [material.black]\ntype = \"diffuse\"\ncolor = [0, 0, 0]\n\
+             [material.white]\ntype = \"diffuse\"\ncolor = [1, 1, 1]\n\
+             [material.half]\ntype = \"mix\"\na = \"black\"\nb = \"white\"\namount = 0.5\n\
+             [material.it]\ntype = \"mix\"\na = \"{nested}\"\nb = \"white\"\namount = {amount}\n\
+             [shape.ball]\ntype = \"sphere\"\ncenter = [0, 0, 0]\nradius = 1\nmaterial = \"it\"\n\
+             [light.world]\ntype = \"environment\"\nradiance = [1, 1, 1]\n"
+        )
+    };
+    for (amount, nested, expected) in [("0.25", "black", 0.25), ("0.75", "black", 0.75), ("0.2", "half", 0.6)]
+    {
+        let image = Subject::new(&ball(amount, nested)).render();
+        // 65 536 choices: five standard errors are 0.01.
+        let found = mean(&image, [4, 4, 8])[1];
+        assert!((found - expected).abs() < 0.01, "{amount} of {nested}: {found} for {expected}");
+    }
+}
+
 /// Metals, glossy and tinted ones at the ends of their ranges: never brighter than the world.
 #[test]
 fn nothing_outshines_a_white_world() {
