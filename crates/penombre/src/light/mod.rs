@@ -81,12 +81,6 @@ pub trait Light: Send + Sync + Sized {
         None
     }
 
-    /// Corner, sides and radiance of a parallelogram that shines on the side of sides\[0\] × sides\[1\] alone, for those
-    /// that are one: a shape for faster sampling.
-    fn rectangle(&self) -> Option<(Vec3, [Vec3; 2], Spectrum)> {
-        None
-    }
-
     /// True if what it sends depends on the direction: then [`classic_color_at`](Self::classic_color_at) is to be asked.
     fn is_directed(&self) -> bool {
         false
@@ -195,11 +189,6 @@ macro_rules! lights {
             #[inline]
             pub fn escaped(&self, dir: Vec3) -> Option<Escaped> {
                 match self { $(Self::$type(l) => l.escaped(dir)),+ }
-            }
-
-            /// See [`Light::rectangle`].
-            pub fn rectangle(&self) -> Option<(Vec3, [Vec3; 2], Spectrum)> {
-                match self { $(Self::$type(l) => l.rectangle()),+ }
             }
 
             /// See [`Light::is_directed`].

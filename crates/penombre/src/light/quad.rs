@@ -108,10 +108,6 @@ impl Light for QuadLight {
         if self.two_sided || normal.dot(wo) > 0.0 { self.radiance } else { Spectrum::BLACK }
     }
 
-    fn rectangle(&self) -> Option<(Vec3, [Vec3; 2], Spectrum)> {
-        (!self.two_sided).then_some((self.origin, self.sides, self.radiance))
-    }
-
     fn power(&self, _: f32) -> f32 {
         let area = self.shape.map_or(0.0, |shape| shape.area());
         power::of_surface(self.radiance.luminance(), area, self.two_sided)

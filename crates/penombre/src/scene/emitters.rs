@@ -90,8 +90,11 @@ impl Emitters {
         let infinite = scene.lights.iter().zip(0..);
         let infinite = infinite.filter(|(l, _)| l.value.escaped(Vec3::Y).is_some()).map(|(_, i)| i);
         let rectangle = |l: &Named<AnyLight>| {
-            let (origin, sides, radiance) = l.value.rectangle()?;
-            Some(ShiningRectangle { shape: QuickRectangle::new(origin, sides)?, radiance })
+            let (origin, sides) = l.value.parallelogram()?;
+            let shape = QuickRectangle::new(origin, sides)?;
+            let [front, back] =
+                [1.0, -1.0].map(|side| l.value.emitted(shape.normal(), shape.normal() * side));
+            back.is_black().then_some(ShiningRectangle { shape, radiance: front })
         };
         Self {
             choice: Choice::new(&powers),

@@ -38,6 +38,7 @@ enum Stage {
     Begun,
     /// Within the ball.
     Inside,
+    /// Off the outside of the ball.
     Mirrored,
     /// Through the ball.
     Through,

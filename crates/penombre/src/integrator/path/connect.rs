@@ -67,21 +67,25 @@ impl Plane {
         misses
     }
 
+    /// By how much a ray misses the target, in radii, or as a sine if that is a direction.
+    #[inline(always)]
+    fn miss(&self, p: &Passage) -> f64 {
+        let across = p.behind[0] * self.target[1] - p.behind[1] * self.target[0];
+        if self.is_direction { across } else { across - p.beside }
+    }
+
     /// By how much a ray misses the target, and the slope of that over the angle whose point of the circle is `angle`.
     #[inline(always)]
     fn miss_and_slope(&self, p: &Passage, [_, cos]: [f64; 2], most: f64, ior: f64) -> (f64, f64) {
         let [tx, ty] = self.target;
-        let (across, ahead) = (p.behind[0] * ty - p.behind[1] * tx, p.behind[0] * tx + p.behind[1] * ty);
+        let ahead = p.behind[0] * tx + p.behind[1] * ty;
         let sin_slope = most * cos;
         let slope_of = |sin: f64| 1.0 / (1.0 - sin * sin).max(1e-18).sqrt();
         let before = sin_slope / self.distance * slope_of(p.before[1]);
         let turn = 2.0 * sin_slope * (slope_of(p.beside) - slope_of(p.beside / ior) / ior);
         let turned = before - turn;
-        if self.is_direction {
-            (across, -ahead * turned)
-        } else {
-            (across - p.beside, -ahead * turned - sin_slope)
-        }
+        let aside = if self.is_direction { 0.0 } else { sin_slope };
+        (self.miss(p), -ahead * turned - aside)
     }
 
     /// The points at which a ray enters and leaves, if the target lies behind.
@@ -203,10 +207,7 @@ pub fn ways_through(from: DVec3, target: Target, center: DVec3, radius: f64, ior
     let Some(plane) = Plane::new(from, target, center, radius) else { return found };
     // Beyond this sine rays are reflected totally.
     let most = ior.min(1.0);
-    let miss = |p: &Passage| {
-        let across = p.behind[0] * plane.target[1] - p.behind[1] * plane.target[0];
-        if plane.is_direction { across } else { across - p.beside }
-    };
+    let miss = |p: &Passage| plane.miss(p);
     let at = |[sin, cos]: [f64; 2]| {
         let sin = sin * most;
         let cos = if most < 1.0 { (1.0 - sin * sin).max(0.0).sqrt() } else { cos };

@@ -2,11 +2,12 @@
 //!
 //! At each surface point light is gathered twice: from a direction towards a chosen light (next-event estimation) and
 //! where the path goes on by chance; the two are weighed by the power heuristic \[Veach1997\]. Paths end by Russian
-//! roulette on their throughput, or after `max_depth` segments.
+//! roulette on the square root of their throughput, or after `max_depth` segments.
 //!
 //! ```toml
 //! [integrator.path]
 //! roulette_depth = 5      # segments before Russian roulette begins
+//! caustics = true         # light is sought by way of perfect mirror and glass spheres
 //! clamp = 10              # largest radiance of indirect light per sample; none unless given
 //! ```
 
