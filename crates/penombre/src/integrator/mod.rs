@@ -61,6 +61,9 @@ pub trait Integrator: Send + Sync {
     /// Lists that shading fills anew each time, kept for their memory.
     type Memory: Default + Debug;
 
+    /// True if flat triangles are shaded as the smooth surface that their normals tell of.
+    const SMOOTH: bool = true;
+
     /// The state of a path that begins at the camera.
     fn start(&self) -> Self::Path;
 

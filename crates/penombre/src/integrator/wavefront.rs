@@ -226,7 +226,11 @@ impl<I: Integrator> Wavefront<'_, I> {
         for (active, first) in active.chunks(TOGETHER).zip((0..).step_by(TOGETHER)) {
             let hits = active.iter().zip(&self.hits[first..]);
             self.surfaces.clear();
-            self.surfaces.extend(hits.map(|(a, hit)| self.scene.surface(&a.ray, hit)));
+            if I::SMOOTH {
+                self.surfaces.extend(hits.map(|(a, hit)| self.scene.smooth_surface(&a.ray, hit)));
+            } else {
+                self.surfaces.extend(hits.map(|(a, hit)| self.scene.surface(&a.ray, hit)));
+            }
             let first_vertex = self.tell_vertices(active, sink);
             let mut step = Step {
                 shadow_rays: &mut self.shadow_rays,

@@ -18,7 +18,9 @@ pub struct SurfacePoint {
     pub ng: Vec3,
     /// Shading normal, unit.
     pub ns: Vec3,
-    /// How far the smooth surface that the shading normals tell of lies beyond `p`, along `ns` and against it, metres.
+    /// From the geometry to `p`, if `p` was moved to the smooth surface that flat triangles stand for, metres.
+    pub rise: Vec3,
+    /// How far the smooth surface that the shading normals tell of may lie beyond `p`, along `ns` and against it, metres.
     pub bulge: [f32; 2],
     /// Toward where the ray came from, unit.
     pub wo: Vec3,
@@ -68,12 +70,14 @@ impl SurfacePoint {
     /// Origin for a ray that leaves in direction `dir` (any length) without meeting this spot again.
     #[inline]
     pub fn origin_toward(&self, dir: Vec3) -> Vec3 {
-        offset_origin(self.p, self.p_error, self.ng, dir)
+        let goes_back = self.rise.dot(self.ng) * dir.dot(self.ng) < 0.0;
+        let p = if goes_back { self.p - self.rise } else { self.p };
+        offset_origin(p, self.p_error, self.ng, dir)
     }
 
     /// Origin for a ray that leaves in direction `dir` (any length) to the side of both normals. `None` if they disagree:
     /// the ray would lead through the surface or be blocked by it. But where the surface bulges to the side of `dir`
-    /// by its shading normals, a ray may sink below the flat triangle, and begins on the smooth surface \[Hanika2021\]:
+    /// by its shading normals, a ray may sink below the flat triangle, and begins above its neighbours \[Hanika2021\]:
     /// else such triangles show at the terminator.
     #[inline]
     pub fn leave(&self, dir: Vec3) -> Option<Vec3> {
@@ -130,13 +134,28 @@ impl Scene {
 
     /// The surface at a hit of `ray`; `None` for a miss.
     pub fn surface(&self, ray: &Ray, hit: &Hit) -> Option<SurfacePoint> {
+        self.surface_of(ray, hit, false)
+    }
+
+    /// As [`surface`](Self::surface), with flat triangles taken for the smooth surface that their normals tell of.
+    pub fn smooth_surface(&self, ray: &Ray, hit: &Hit) -> Option<SurfacePoint> {
+        self.surface_of(ray, hit, true)
+    }
+
+    #[inline]
+    fn surface_of(&self, ray: &Ray, hit: &Hit, smooth: bool) -> Option<SurfacePoint> {
         if !hit.is_hit() {
             return None;
         }
         let index = if hit.instance == Hit::NO_INSTANCE { hit.geometry } else { hit.instance };
         let placed = &self.shapes.placed[index as usize];
         let shape = &self.shapes.list[placed.shape as usize].value;
-        let mut at = shape.point(&placed.local(ray), hit);
+        let local = placed.local(ray);
+        let mut at = shape.point(&local, hit);
+        let material = self.material_of_slot(placed.shape, at.slot);
+        if smooth {
+            shape.smooth(&local, hit, &mut at);
+        }
         if let Some(map) = &placed.to_world {
             (at.p, at.p_error) = map.point_with_error(at.p, at.p_error);
             at.ng = map.normal(at.ng).normalize_or(Vec3::Z);
@@ -144,13 +163,14 @@ impl Scene {
             at.ns = map.normal(at.ns).normalize_or(at.ng);
             let scale = raised.dot(at.ns).abs();
             at.bulge = at.bulge.map(|b| b * scale);
+            at.rise = map.vector(at.rise);
         }
-        let material = self.material_of_slot(placed.shape, at.slot);
         Some(SurfacePoint {
             p: at.p,
             p_error: at.p_error,
             ng: at.ng,
             ns: at.ns,
+            rise: at.rise,
             bulge: at.bulge,
             wo: -ray.dir.normalize(),
             uv: at.uv,

@@ -28,7 +28,9 @@ pub struct ShapePoint {
     pub ng: Vec3,
     /// Shading normal, unit; on the side of `ng`'s surface that the file says.
     pub ns: Vec3,
-    /// How far the smooth surface that the shading normals tell of lies beyond `p`, along `ns` and against it, metres.
+    /// From the geometry to `p`, which lies before it if [`Shape::smooth`] moved it to the smooth surface.
+    pub rise: Vec3,
+    /// How far the smooth surface that the shading normals tell of may lie beyond `p`, along `ns` and against it, metres.
     pub bulge: [f32; 2],
     /// Surface coordinates.
     pub uv: Vec2,
@@ -57,6 +59,9 @@ pub trait Shape: Send + Sync + Sized {
 
     /// What lies at a hit of that geometry. `ray` is in the geometry's space.
     fn point(&self, ray: &Ray, hit: &Hit) -> ShapePoint;
+
+    /// Moves what [`Shape::point`] found to the smooth surface that flat geometry stands for, if it does.
+    fn smooth(&self, _ray: &Ray, _hit: &Hit, _at: &mut ShapePoint) {}
 
     /// Surface coordinates and material slot at a hit: those of [`Shape::point`], sooner.
     fn coordinates(&self, ray: &Ray, hit: &Hit) -> (Vec2, u32) {
@@ -99,6 +104,11 @@ macro_rules! shapes {
             /// What lies at a hit of that geometry.
             pub fn point(&self, ray: &Ray, hit: &Hit) -> ShapePoint {
                 match self { $(Self::$type(s) => s.point(ray, hit)),+ }
+            }
+
+            /// Moves what was found to the smooth surface that flat geometry stands for.
+            pub fn smooth(&self, ray: &Ray, hit: &Hit, at: &mut ShapePoint) {
+                match self { $(Self::$type(s) => s.smooth(ray, hit, at)),+ }
             }
 
             /// Surface coordinates and material slot at a hit.

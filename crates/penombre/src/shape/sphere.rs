@@ -81,6 +81,7 @@ impl Shape for Sphere {
             p_error,
             ng: normal,
             ns: normal,
+            rise: Vec3::ZERO,
             bulge: [0.0; 2],
             uv: coordinates(object.as_vec3()),
             color: Spectrum::WHITE,

@@ -6,7 +6,7 @@ use std::fmt::Write;
 
 /// Edge of the image and of the blocks, pixels.
 const SIZE: u32 = 128;
-const EDGE: u32 = 8;
+const EDGE: u32 = 4;
 
 /// A ball of radius 1 of 20·4ⁿ triangles: an icosahedron whose triangles are halved n times.
 fn icosphere(halvings: u32) -> (Vec<[f64; 3]>, Vec<[usize; 3]>) {
@@ -79,10 +79,10 @@ fn lamp(center: [f64; 3]) -> String {
     )
 }
 
-/// True if the ball covers all of a block, but for what lies near its outline, where triangles are missing.
-fn is_within(block: usize) -> bool {
+/// True if a block lies within a share of the ball's radius: near its outline triangles are missing.
+fn is_within(block: usize, rim: f64) -> bool {
     let columns = (SIZE / EDGE) as usize;
-    let radius = f64::from(SIZE) / 2.0 * (1.0f64 / 15.0).sqrt() / 16f64.to_radians().tan() * 0.97;
+    let radius = f64::from(SIZE) / 2.0 * (1.0f64 / 15.0).sqrt() / 16f64.to_radians().tan() * rim;
     let reach = |index: usize| {
         let from = (index as f64 * f64::from(EDGE)) - f64::from(SIZE) / 2.0;
         from.abs().max((from + f64::from(EDGE)).abs())
@@ -90,32 +90,36 @@ fn is_within(block: usize) -> bool {
     reach(block % columns).hypot(reach(block / columns)) < radius
 }
 
-/// The largest difference of a block whose mean is above a share of the brightest one's.
-fn worst(ball: &Subject, reference: &Subject, share: f64) -> (usize, f64) {
+/// The largest difference of a lit block: one with a three-hundredth of the brightest one's light, or more.
+fn worst(ball: &Subject, reference: &Subject, rim: f64) -> (usize, f64) {
     let [found, expected] = [ball, reference].map(|s| block_means(&s.render(), EDGE));
     let brightest = expected.iter().map(|b| b[1]).fold(0.0, f64::max);
-    let lit = (0..found.len()).filter(|i| is_within(*i) && expected[*i][1] > share * brightest);
+    let lit = (0..found.len()).filter(|i| is_within(*i, rim) && expected[*i][1] > 0.003 * brightest);
     let differences: Vec<(usize, f64)> = lit.map(|i| (i, found[i][1] / expected[i][1] - 1.0)).collect();
-    assert!(differences.len() > 15, "{}", differences.len());
+    assert!(differences.len() > 8, "{}", differences.len());
     differences.into_iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).unwrap()
 }
 
-/// From the side and from the front. From behind, where rays graze both the ball and the light, what counts is that flat
-/// triangles lie deeper than the ball: their points are seen elsewhere.
-const PLACES: [[f64; 3]; 4] = [[4.0, 1.0, 1.0], [3.0, 3.0, 3.0], [0.5, -0.3, 6.0], [-3.0, 0.5, 1.0]];
+/// From the side, from the front, and from behind, where rays graze both the ball and the light.
+const PLACES: [[f64; 3]; 6] = [
+    [4.0, 1.0, 1.0],
+    [3.0, 3.0, 3.0],
+    [0.5, -0.3, 6.0],
+    [-3.0, 0.5, 1.0],
+    [4.0, 0.0, -1.0],
+    [3.0, 1.0, -2.0],
+];
 
+/// Flat triangles with interpolated normals differ by up to 90 %, and by 20 % and more if rays are only lifted off them. Of a
+/// ball of 80 triangles, what differs most are its darkest blocks.
 #[test]
 fn a_ball_of_320_triangles_is_lit_like_a_true_one() {
-    let ball = smooth_ball(2, "");
-    for place in PLACES {
-        let lamp = lamp(place);
-        // Next to the terminator a small shift of a point counts for more; without repair blocks are 13 to 88 % too dark there.
-        for (share, allowed) in [(0.15, 0.05), (0.02, 0.1)] {
-            let (block, difference) = worst(&scene(&ball, &lamp), &scene(TRUE_BALL, &lamp), share);
-            println!(
-                "lamp at {place:?}, above {share}: block {block} differs by {:+.2} %",
-                100.0 * difference
-            );
+    for (halvings, rim, allowed, places) in [(2, 0.97, 0.02, 6), (1, 0.93, 0.12, 4)] {
+        let ball = smooth_ball(halvings, "");
+        for place in &PLACES[..places] {
+            let lamp = lamp(*place);
+            let (block, difference) = worst(&scene(&ball, &lamp), &scene(TRUE_BALL, &lamp), rim);
+            println!("{halvings}, {place:?}: block {block} differs by {:+.2} %", 100.0 * difference);
             assert!(difference.abs() < allowed, "{place:?}: block {block} differs by {difference}");
         }
     }
@@ -126,8 +130,8 @@ fn a_ball_of_320_triangles_is_lit_like_a_true_one() {
 fn a_placed_ball_is_lit_like_a_true_one() {
     let place = "transform = [{ rotate = [1, 2, 3], angle = 40 }]\n";
     let lamp = lamp(PLACES[0]);
-    let (block, difference) = worst(&scene(&smooth_ball(2, place), &lamp), &scene(TRUE_BALL, &lamp), 0.15);
-    assert!(difference.abs() < 0.05, "block {block} differs by {difference}");
+    let (block, difference) = worst(&scene(&smooth_ball(2, place), &lamp), &scene(TRUE_BALL, &lamp), 0.97);
+    assert!(difference.abs() < 0.01, "block {block} differs by {difference}");
 }
 
 /// A lamp within a closed ball lights nothing outside, and one outside nothing within.

@@ -220,6 +220,7 @@ impl Classic {
 impl Integrator for Classic {
     type Path = ClassicPath;
     type Memory = Vec<LightView>;
+    const SMOOTH: bool = false;
 
     fn start(&self) -> ClassicPath {
         ClassicPath { weight: Spectrum::WHITE, node: 1, depth: 0, refracted: false }

@@ -14,6 +14,7 @@
 
 mod inline;
 mod normals;
+mod smooth;
 
 use super::common::{MATERIAL, TRANSFORM, on_plane, rounded, too_far};
 use super::tessellation::Corners;
@@ -24,6 +25,7 @@ use penombre_math::rounding::gamma;
 use penombre_math::{Bounds3, DAffine3, DVec3, Spectrum, Vec2, Vec3};
 use penombre_scene::params::Params;
 use penombre_scene::{Kind, ParamDefault, ParamSpec, Range, TriangleMesh};
+use smooth::Patch;
 use std::sync::Arc;
 
 /// No attribute at this corner.
@@ -132,11 +134,21 @@ impl Shape for Mesh {
             p_error: rounding + Vec3::splat(test_error(corners, p)),
             ng,
             ns,
-            bulge: normals.map_or([0.0; 2], |n| bulge(corners, n, weights, p)),
+            rise: Vec3::ZERO,
+            bulge: [0.0; 2],
             uv,
             color: self.color(triangle, weights),
             slot,
         }
+    }
+
+    fn smooth(&self, ray: &Ray, hit: &Hit, at: &mut ShapePoint) {
+        let triangle = hit.prim as usize;
+        let Some(normals) = self.normals.corners(triangle, &self.indices) else { return };
+        let corners = self.indices[triangle].map(|i| self.positions[i as usize]);
+        let [a, b, c] = corners;
+        let face = (b - a).cross(c - a).normalize_or_zero();
+        Patch { corners, normals, face }.smooth(ray.dir, [1.0 - hit.u - hit.v, hit.u, hit.v], at);
     }
 
     fn coordinates(&self, _: &Ray, hit: &Hit) -> (Vec2, u32) {
@@ -235,17 +247,6 @@ where
     let [a, b, c] = values;
     let [wa, wb, wc] = weights;
     a * wa + b * wb + c * wc
-}
-
-/// How far the smooth surface of the normals lies beyond a point of a triangle, on their side and on the other: the mean of
-/// the distances below, or above, the planes at the corners, across their normals \[Hanika2021\].
-fn bulge(corners: [Vec3; 3], normals: [Vec3; 3], weights: [f32; 3], p: Vec3) -> [f32; 2] {
-    let mut both = [0.0; 2];
-    for ((corner, normal), weight) in corners.into_iter().zip(normals).zip(weights) {
-        let below = (corner - p).dot(normal) * weight;
-        both[usize::from(below < 0.0)] += below.abs();
-    }
-    both
 }
 
 /// How far the triangle test's plane may lie from the true one, seen from a point of the triangle: the test
