@@ -6,7 +6,7 @@ use crate::material::{AnyMaterial, PhongView};
 use crate::render::{Event, Observer, Render};
 use crate::scene::SurfacePoint;
 use penombre_bvh::Ray;
-use penombre_math::Vec3;
+use penombre_math::{Spectrum, Vec3};
 use penombre_scene::assets::Assets;
 use penombre_scene::toml::read_toml;
 use penombre_scene::{Diagnostics, FileId, Node, NodeId, Role, SceneDescription, Severity, Value};
@@ -124,6 +124,11 @@ impl Bench {
     /// How its outside scatters at u, by a number that chooses.
     pub fn chosen(&self, u: f32, choice: f32) -> Bsdf {
         self.plan.scene.bsdf(&self.at(u, true), choice)
+    }
+
+    /// What it emits at u.
+    pub fn emitted(&self, u: f32, outside: bool) -> Spectrum {
+        self.plan.scene.emitted(&self.at(u, outside))
     }
 
     /// Share of it that is there at u.

@@ -3,7 +3,7 @@
 use super::{PhongView, Shade, Specular};
 use crate::bsdf::Masking;
 use crate::registry::Context;
-use crate::texture::FloatSource;
+use crate::texture::{ColorSource, FloatSource};
 use penombre_math::Spectrum;
 use penombre_scene::params::{FloatInput, Params};
 use penombre_scene::{Kind, ParamDefault, ParamSpec, Range};
@@ -15,6 +15,15 @@ pub const OPACITY: ParamSpec = ParamSpec::with_default(
     ParamDefault::Float(1.0),
     "Share of the surface that is there: 0 is a hole. Rays pass the rest as if nothing were there.",
 );
+
+/// Light of its own.
+pub const EMISSION: ParamSpec = ParamSpec::with_default(
+    "emission",
+    Kind::ColorTexture(Range::NON_NEGATIVE),
+    ParamDefault::Color([0.0; 3]),
+    "Radiance that it emits besides: on its outside, and on its inside if it is `two_sided`. Not in `classic`.",
+)
+.unit("W/(sr m²)");
 
 /// For materials that only reflect.
 pub const TWO_SIDED: ParamSpec = ParamSpec::with_default(
@@ -28,22 +37,66 @@ pub const TWO_SIDED: ParamSpec = ParamSpec::with_default(
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Common {
     opacity: FloatSource,
+    /// Radiance that it emits, W/(sr·m²).
+    emission: ColorSource,
+    emits_inside: bool,
     /// False: the inside is black.
     two_sided: bool,
 }
 
 impl Common {
     /// Entirely there, both sides alike.
-    pub const PLAIN: Self = Self { opacity: FloatSource::Constant(1.0), two_sided: true };
+    pub const PLAIN: Self = Self {
+        opacity: FloatSource::Constant(1.0),
+        emission: ColorSource::Constant(Spectrum::BLACK),
+        emits_inside: false,
+        two_sided: true,
+    };
 
-    /// Of a material with the parameters `opacity` and `two_sided`.
+    /// Of a material with the parameters `opacity`, `emission` and `two_sided`.
     pub fn of_reflector(p: &Params, context: &Context<'_, '_>) -> Self {
-        Self { two_sided: p.bool("two_sided"), ..Self::of_any(p, context) }
+        let two_sided = p.bool("two_sided");
+        Self { two_sided, emits_inside: two_sided, ..Self::of_any(p, context) }
     }
 
-    /// Of a material with the parameter `opacity`.
+    /// Of a material with the parameters `opacity` and `emission`.
     pub fn of_any(p: &Params, context: &Context<'_, '_>) -> Self {
-        Self { opacity: FloatSource::new(p.float_texture("opacity"), context), two_sided: true }
+        Self {
+            emission: ColorSource::new(p.color_texture("emission"), context),
+            ..Self::of_opacity(p, context)
+        }
+    }
+
+    /// Of a lamp with the parameters `opacity`, `radiance` and `two_sided`, which says where it shines.
+    pub fn of_lamp(p: &Params, context: &Context<'_, '_>) -> Self {
+        let emission = ColorSource::new(p.color_texture("radiance"), context);
+        Self { emission, emits_inside: p.bool("two_sided"), ..Self::of_opacity(p, context) }
+    }
+
+    fn of_opacity(p: &Params, context: &Context<'_, '_>) -> Self {
+        Self { opacity: FloatSource::new(p.float_texture("opacity"), context), ..Self::PLAIN }
+    }
+
+    /// Radiance that it emits, W/(sr·m²), on its outside or its inside.
+    #[inline]
+    pub fn emitted(&self, shade: &Shade<'_>, outside: bool) -> Spectrum {
+        if outside || self.emits_inside {
+            self.emission.color(&shade.point, shade.textures)
+        } else {
+            Spectrum::BLACK
+        }
+    }
+
+    /// What it emits, anywhere.
+    #[inline]
+    pub fn emission(&self) -> ColorSource {
+        self.emission
+    }
+
+    /// True if it may emit light.
+    #[inline]
+    pub fn is_emissive(&self) -> bool {
+        self.emission != ColorSource::Constant(Spectrum::BLACK)
     }
 
     /// Share of the surface that is there, in [0, 1].
@@ -263,6 +316,30 @@ mod tests {
             assert_eq!([0.25, 0.75].map(|u| textured.opacity(u)), [0.5, 1.0], "{}", info.name);
             assert_eq!(Bench::new(&material("0")).opacity(0.1), 0.0, "{}", info.name);
             assert!(fault(&material("1.1")).0.contains("`opacity` of `material.it` is 1.1"));
+        }
+    }
+
+    #[test]
+    fn every_material_may_shine() {
+        let (half, white) = (Spectrum::splat(0.5), Spectrum::WHITE);
+        for info in AnyMaterial::TYPES.iter().filter(|info| info.name != "emissive") {
+            let parts = if info.name == "mix" { "a = \"paint\"\nb = \"paint\"" } else { "" };
+            let rest = "[material.paint]\ntype = \"diffuse\"";
+            let bench =
+                |more: &str| Bench::new(&format!("type = \"{}\"\n{parts}\n{more}\n{rest}", info.name));
+            assert!(!bench("").material().is_emissive() && bench("").emitted(0.3, true).is_black());
+            let shining = bench("emission = [0.5, 0.5, 0.5]");
+            assert!(shining.material().is_emissive() && !shining.material().has_textured_emission());
+            assert_eq!(shining.emitted(0.3, true), half, "{}", info.name);
+            let is_reflector = info.schema.iter().any(|p| p.name == "two_sided");
+            assert_eq!(shining.emitted(0.3, false), if is_reflector { half } else { Spectrum::BLACK });
+            assert_eq!(shining.bsdf(true), bench("").bsdf(true));
+            if is_reflector {
+                assert!(bench("emission = [1, 1, 1]\ntwo_sided = false").emitted(0.3, false).is_black());
+            }
+            let textured = bench("emission = { texture = \"half\" }");
+            assert!(textured.material().has_textured_emission(), "{}", info.name);
+            assert_eq!([0.25, 0.75].map(|u| textured.emitted(u, true)), [half, white], "{}", info.name);
         }
     }
 

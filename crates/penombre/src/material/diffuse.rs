@@ -8,7 +8,7 @@
 //! color = { texture = "checks" }
 //! ```
 
-use super::common::{AMBIENT, Common, OPACITY, TWO_SIDED};
+use super::common::{AMBIENT, Common, EMISSION, OPACITY, TWO_SIDED};
 use super::{Material, PhongView, Shade, Specular};
 use crate::bsdf::{Bsdf, Lambert};
 use crate::registry::Context;
@@ -46,6 +46,7 @@ impl Material for Diffuse {
         ),
         AMBIENT,
         OPACITY,
+        EMISSION,
         TWO_SIDED,
     ];
 

@@ -13,7 +13,6 @@ use super::common::{Common, OPACITY};
 use super::{Material, PhongView, Shade, Specular};
 use crate::bsdf::{Black, Bsdf};
 use crate::registry::Context;
-use crate::texture::ColorSource;
 use penombre_math::Spectrum;
 use penombre_scene::params::Params;
 use penombre_scene::{Kind, ParamDefault, ParamSpec, Range};
@@ -21,15 +20,12 @@ use penombre_scene::{Kind, ParamDefault, ParamSpec, Range};
 /// A surface that shines.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Emissive {
-    radiance: ColorSource,
-    two_sided: bool,
     common: Common,
 }
 
 impl Emissive {
     /// What surfaces of lights are made of: the light itself knows what it emits.
-    pub const OF_LIGHTS: Self =
-        Self { radiance: ColorSource::Constant(Spectrum::BLACK), two_sided: false, common: Common::PLAIN };
+    pub const OF_LIGHTS: Self = Self { common: Common::PLAIN };
 }
 
 impl Material for Emissive {
@@ -52,8 +48,7 @@ impl Material for Emissive {
     ];
 
     fn build(p: &Params, context: &mut Context<'_, '_>) -> Option<Self> {
-        let radiance = ColorSource::new(p.color_texture("radiance"), context);
-        Some(Self { radiance, two_sided: p.bool("two_sided"), common: Common::of_any(p, context) })
+        Some(Self { common: Common::of_lamp(p, context) })
     }
 
     fn common(&self) -> &Common {
@@ -63,7 +58,7 @@ impl Material for Emissive {
     fn phong_view(&self, shade: &Shade<'_>) -> PhongView {
         PhongView {
             ambient: Spectrum::BLACK,
-            diffuse: self.radiance.color(&shade.point, shade.textures).clamp(0.0, 1.0),
+            diffuse: self.common.emission().color(&shade.point, shade.textures).clamp(0.0, 1.0),
             specular: Spectrum::BLACK,
             shininess: 1.0,
             kind: Specular::None,
@@ -74,19 +69,7 @@ impl Material for Emissive {
         Black.into()
     }
 
-    fn emitted(&self, shade: &Shade<'_>, outside: bool) -> Spectrum {
-        if outside || self.two_sided {
-            self.radiance.color(&shade.point, shade.textures)
-        } else {
-            Spectrum::BLACK
-        }
-    }
-
-    fn is_emissive(&self) -> bool {
-        self.radiance != ColorSource::Constant(Spectrum::BLACK)
-    }
-
     fn is_textured(&self) -> bool {
-        self.radiance.is_texture()
+        self.common.emission().is_texture()
     }
 }

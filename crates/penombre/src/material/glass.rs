@@ -14,7 +14,7 @@
 //! ```
 
 use super::common::{
-    AMBIENT, Common, IOR, OPACITY, REFLECT, SHININESS, TRANSMIT, diffuse_param, specular_param,
+    AMBIENT, Common, EMISSION, IOR, OPACITY, REFLECT, SHININESS, TRANSMIT, diffuse_param, specular_param,
 };
 use super::phong::Factors;
 use super::{Material, PhongView, Shade, Specular};
@@ -37,8 +37,17 @@ pub struct Glass {
 impl Material for Glass {
     const TYPE_NAME: &'static str = "glass";
     const ALIASES: &'static [&'static str] = &["dielectric"];
-    const SCHEMA: &'static [ParamSpec] =
-        &[IOR, REFLECT, TRANSMIT, diffuse_param(1.0), specular_param(1.0), AMBIENT, SHININESS, OPACITY];
+    const SCHEMA: &'static [ParamSpec] = &[
+        IOR,
+        REFLECT,
+        TRANSMIT,
+        diffuse_param(1.0),
+        specular_param(1.0),
+        AMBIENT,
+        SHININESS,
+        OPACITY,
+        EMISSION,
+    ];
 
     fn build(p: &Params, context: &mut Context<'_, '_>) -> Option<Self> {
         let color = |name| ColorSource::new(p.color_texture(name), context);

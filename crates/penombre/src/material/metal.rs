@@ -16,7 +16,7 @@
 //! ```
 
 use super::common::{
-    ALPHA, ALPHA_Y, COMPENSATE, Common, Facets, MASKING, OPACITY, ROUGHNESS, TWO_SIDED, shininess,
+    ALPHA, ALPHA_Y, COMPENSATE, Common, EMISSION, Facets, MASKING, OPACITY, ROUGHNESS, TWO_SIDED, shininess,
 };
 use super::{Material, PhongView, Shade, Specular};
 use crate::bsdf::metals::{self, METALS};
@@ -75,6 +75,7 @@ impl Material for Metal {
         MASKING,
         COMPENSATE,
         OPACITY,
+        EMISSION,
         TWO_SIDED,
     ];
 

@@ -9,7 +9,9 @@
 //! diffuse = [1, 1, 1]     # phases 1 and 2
 //! ```
 
-use super::common::{AMBIENT, Common, OPACITY, SHININESS, TWO_SIDED, diffuse_param, specular_param};
+use super::common::{
+    AMBIENT, Common, EMISSION, OPACITY, SHININESS, TWO_SIDED, diffuse_param, specular_param,
+};
 use super::phong::Factors;
 use super::{Material, PhongView, Shade, Specular};
 use crate::bsdf::{self, Bsdf};
@@ -40,6 +42,7 @@ impl Material for Mirror {
         AMBIENT,
         SHININESS,
         OPACITY,
+        EMISSION,
         TWO_SIDED,
     ];
 

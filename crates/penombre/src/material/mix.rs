@@ -3,6 +3,7 @@
 //! A share `amount` of the surface is made of `b`, the rest of `a`: f = (1 − amount)·fₐ + amount·f_b. Each hit of a path
 //! is answered by one of both, chosen in these proportions. A part that is not entirely there (`opacity`) has the less of a
 //! share; the opacity of the mix is (1 − amount)·opacityₐ + amount·opacity_b, times its own. Mixes may be mixed again.
+//! What the parts emit is blended.
 //! In `classic` the factors are blended; the larger share says whether it is a mirror or glass.
 //!
 //! ```toml
@@ -13,12 +14,13 @@
 //! amount = { texture = "stains" }
 //! ```
 
-use super::common::{Common, OPACITY};
+use super::common::{Common, EMISSION, OPACITY};
 use super::emissive::Emissive;
 use super::{AnyMaterial, Material, PhongView, Shade};
 use crate::bsdf::Bsdf;
 use crate::registry::Context;
 use crate::texture::FloatSource;
+use penombre_math::Spectrum;
 use penombre_scene::params::Params;
 use penombre_scene::{
     Kind, Node, NodeId, ParamDefault, ParamSpec, Range, Role, SceneDescription, Span, Value, ValueKind,
@@ -42,6 +44,7 @@ pub struct Mix {
 struct Contents {
     textured: bool,
     cut_out: bool,
+    emissive: bool,
 }
 
 impl Material for Mix {
@@ -56,6 +59,7 @@ impl Material for Mix {
             "Share of `b`.",
         ),
         OPACITY,
+        EMISSION,
     ];
 
     fn build(p: &Params, context: &mut Context<'_, '_>) -> Option<Self> {
@@ -105,6 +109,24 @@ impl Material for Mix {
         self.part(i, shade).bsdf(&Shade { u, ..*shade })
     }
 
+    fn emitted(&self, shade: &Shade<'_>, outside: bool) -> Spectrum {
+        let own = self.common.emitted(shade, outside);
+        if !self.contents.emissive {
+            return own;
+        }
+        let [a, b] = [0, 1].map(|i| self.part(i, shade).emitted(shade, outside));
+        let share = self.share_of_b(shade);
+        own + a * (1.0 - share) + b * share
+    }
+
+    fn is_emissive(&self) -> bool {
+        self.common.is_emissive() || self.contents.emissive
+    }
+
+    fn has_textured_emission(&self) -> bool {
+        self.common.emission().is_texture() || self.contents.emissive && self.is_textured()
+    }
+
     fn is_textured(&self) -> bool {
         self.amount.is_texture() || self.contents.textured
     }
@@ -130,8 +152,7 @@ impl Mix {
     }
 }
 
-/// Looks through all parts. Circles, parts that shine, and too many parts are errors: `None` then, as for a mix that holds
-/// a faulty one.
+/// Looks through all parts. Circles and too many parts are errors: `None` then, as for a mix that holds a faulty one.
 fn contents(p: &Params, context: &mut Context<'_, '_>) -> Option<Contents> {
     let mut walk = Walk { description: context.description, path: vec![context.node], parts: 0 };
     let mut found = Contents::default();
@@ -153,9 +174,8 @@ fn contents(p: &Params, context: &mut Context<'_, '_>) -> Option<Contents> {
 enum Trouble {
     /// It contains itself: the way from it back to it.
     Circle(Vec<String>),
-    Emissive(String),
     TooMany,
-    /// A mix in it contains itself, or shines, or has a part that is not there: its own error.
+    /// A mix in it contains itself, or has a part that is not there: its own error.
     Elsewhere,
 }
 
@@ -165,11 +185,6 @@ fn report(trouble: Trouble, path: &str, span: Span, context: &mut Context<'_, '_
             "scene::mix-circle",
             format!("`{path}` contains itself: {}", way.join(" → ")),
             "name a material that is not made of this one".to_owned(),
-        ),
-        Trouble::Emissive(name) => (
-            "scene::mix-emissive",
-            format!("`{path}` contains `material.{name}`, which shines"),
-            "mix materials that reflect; give a shape of its own to what shines".to_owned(),
         ),
         Trouble::TooMany => (
             "scene::mix-parts",
@@ -204,10 +219,7 @@ impl Walk<'_> {
         if self.parts > MOST_PARTS {
             return Err(Trouble::TooMany);
         }
-        if node.type_name == Emissive::TYPE_NAME {
-            let name = node.name.clone();
-            return Err(if self.path.len() == 1 { Trouble::Emissive(name) } else { Trouble::Elsewhere });
-        }
+        found.emissive |= node.type_name == Emissive::TYPE_NAME || node.param("emission").is_some();
         found.textured |= node.params.iter().any(|p| matches!(p.value.kind, ValueKind::Table(_)));
         found.cut_out |= node.param("opacity").is_some_and(|p| !is_one(&p.value));
         if node.type_name != Mix::TYPE_NAME {
@@ -320,6 +332,20 @@ mod tests {
     }
 
     #[test]
+    fn what_parts_emit_is_blended() {
+        let bench = Bench::new(&format!(
+            "type = \"mix\"\na = \"lamp\"\nb = \"glow\"\namount = 0.25\nemission = [0, 0, 1]\n\
+             [material.lamp]\ntype = \"emissive\"\nradiance = [4, 0, 0]\n\
+             [material.glow]\ntype = \"diffuse\"\nemission = [0, 8, 0]\n{OTHERS}"
+        ));
+        assert!(bench.material().is_emissive());
+        assert_eq!(
+            [true, false].map(|side| bench.emitted(0.3, side)),
+            [[3.0, 2.0, 1.0], [0.0, 2.0, 0.0]].map(Spectrum::from_rgb)
+        );
+    }
+
+    #[test]
     fn faults_are_told() {
         let told = |params: &str| fault(&format!("type = \"mix\"\n{params}\n{OTHERS}"));
         assert_eq!(told("a = \"red\"\nb = \"it\"").0, "`material.it` contains itself: it → it");
@@ -327,8 +353,6 @@ mod tests {
             [material.other]\ntype = \"mix\"\na = \"green\"\nb = \"it\"";
         assert_eq!(told(circle).0, "`material.it` contains itself: it → other → it");
         assert!(told(circle).1.contains("not made of this one"));
-        let lamp = told("a = \"red\"\nb = \"lamp\"\n[material.lamp]\ntype = \"emissive\"");
-        assert_eq!(lamp.0, "`material.it` contains `material.lamp`, which shines");
         assert!(told("a = \"red\"").0.contains("no parameter `b`"));
         assert!(told("a = \"red\"\nb = \"gren\"").1.contains("green"));
         assert!(told("a = \"red\"\nb = \"green\"\namount = 2").0.contains("`amount`"));

@@ -93,13 +93,18 @@ pub trait Material: Send + Sync + Sized {
     fn bsdf(&self, shade: &Shade<'_>) -> Bsdf;
 
     /// Radiance that it emits, W/(sr·m²), to the outside or the inside.
-    fn emitted(&self, _shade: &Shade<'_>, _outside: bool) -> Spectrum {
-        Spectrum::BLACK
+    fn emitted(&self, shade: &Shade<'_>, outside: bool) -> Spectrum {
+        self.common().emitted(shade, outside)
     }
 
     /// True if it may emit light.
     fn is_emissive(&self) -> bool {
-        false
+        self.common().is_emissive()
+    }
+
+    /// True if what it emits depends on the surface coordinates.
+    fn has_textured_emission(&self) -> bool {
+        self.common().emission().is_texture()
     }
 
     /// True if [`Material::phong_view`] depends on the surface coordinates.
@@ -141,6 +146,11 @@ macro_rules! materials {
             /// True if it may emit light.
             pub fn is_emissive(&self) -> bool {
                 match self { $(Self::$type(m) => m.is_emissive()),+ }
+            }
+
+            /// True if what it emits depends on the surface coordinates.
+            pub fn has_textured_emission(&self) -> bool {
+                match self { $(Self::$type(m) => m.has_textured_emission()),+ }
             }
 
             /// How it scatters light at a point; not at all on the inside of what is one-sided.

@@ -11,7 +11,9 @@
 //! shininess = 16
 //! ```
 
-use super::common::{AMBIENT, Common, OPACITY, SHININESS, TWO_SIDED, diffuse_param, specular_param};
+use super::common::{
+    AMBIENT, Common, EMISSION, OPACITY, SHININESS, TWO_SIDED, diffuse_param, specular_param,
+};
 use super::{Material, PhongView, Shade, Specular};
 use crate::bsdf::{self, Bsdf};
 use crate::registry::Context;
@@ -68,7 +70,7 @@ impl Factors {
 impl Material for Phong {
     const TYPE_NAME: &'static str = "phong";
     const SCHEMA: &'static [ParamSpec] =
-        &[diffuse_param(0.8), specular_param(0.0), AMBIENT, SHININESS, OPACITY, TWO_SIDED];
+        &[diffuse_param(0.8), specular_param(0.0), AMBIENT, SHININESS, OPACITY, EMISSION, TWO_SIDED];
 
     fn build(p: &Params, context: &mut Context<'_, '_>) -> Option<Self> {
         Some(Self { factors: Factors::new(p, context), common: Common::of_reflector(p, context) })

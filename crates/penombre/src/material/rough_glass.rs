@@ -15,8 +15,8 @@
 //! ```
 
 use super::common::{
-    ALPHA, ALPHA_Y, COMPENSATE, Common, Facets, IOR, MASKING, OPACITY, REFLECT, ROUGHNESS, TRANSMIT,
-    shininess,
+    ALPHA, ALPHA_Y, COMPENSATE, Common, EMISSION, Facets, IOR, MASKING, OPACITY, REFLECT, ROUGHNESS,
+    TRANSMIT, shininess,
 };
 use super::{Material, PhongView, Shade, Specular};
 use crate::bsdf::{Bsdf, RoughDielectric};
@@ -40,7 +40,7 @@ impl Material for RoughGlass {
     const TYPE_NAME: &'static str = "rough_glass";
     const ALIASES: &'static [&'static str] = &["rough_dielectric"];
     const SCHEMA: &'static [ParamSpec] =
-        &[IOR, ALPHA, ALPHA_Y, ROUGHNESS, REFLECT, TRANSMIT, MASKING, COMPENSATE, OPACITY];
+        &[IOR, ALPHA, ALPHA_Y, ROUGHNESS, REFLECT, TRANSMIT, MASKING, COMPENSATE, OPACITY, EMISSION];
 
     fn build(p: &Params, context: &mut Context<'_, '_>) -> Option<Self> {
         let facets = Facets::new(p, context)?;

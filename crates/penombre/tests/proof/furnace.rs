@@ -35,6 +35,38 @@ fn furnaces_are_even() {
     assert_eq!(count, 6);
 }
 
+/// Inside anything closed that shines and is matt the light is emission / (1 - reflectance) everywhere.
+#[test]
+fn closed_rooms_fill_with_their_own_light() {
+    let quads: String = (0..6)
+        .map(|i| {
+            let (axis, near) = (i / 2, i % 2 == 0);
+            let corner: [f64; 3] = std::array::from_fn(|a| if a == axis && !near { 1.0 } else { -1.0 });
+            let side =
+                |k: usize| std::array::from_fn::<f64, 3, _>(|a| if a == (axis + k) % 3 { 2.0 } else { 0.0 });
+            let sides = if near { [side(1), side(2)] } else { [side(2), side(1)] };
+            format!(
+                "[shape.q{i}]\ntype = \"quad\"\nmaterial = \"it\"\norigin = {corner:?}\nsides = {sides:?}\n"
+            )
+        })
+        .collect();
+    let tetrahedron = "[shape.t]\ntype = \"mesh\"\nmaterial = \"it\"\n\
+        positions = [[2, 2, 2], [-2, -2, 2], [-2, 2, -2], [2, -2, -2]]\n\
+        faces = [[0, 1, 3], [0, 2, 1], [0, 3, 2], [1, 2, 3]]\ncrease_angle = 0\n";
+    for room in [&quads, tetrahedron] {
+        let image = Subject::new(&format!(
+            "[render]\nintegrator = \"path\"\nsize = [16, 16]\nspp = {}\nmax_depth = 200\n\
+             [camera.main]\ntype = \"perspective\"\nposition = [0.1, 0.05, 0]\ntarget = [0.3, 0.2, 1]\nfov = 90\n\
+             [material.it]\ntype = \"diffuse\"\ncolor = [0.6, 0.6, 0.6]\nemission = [0.4, 0.4, 0.4]\n{room}",
+            by_size(256, 4096)
+        ))
+        .render();
+        let found = mean(&image, [0, 0, 16])[1];
+        println!("{found}");
+        assert!((found - 1.0).abs() < 0.005, "{found} in {room}");
+    }
+}
+
 /// Irradiance of a point below the corner of a rectangle with sides a and b, in units of the height, per radiance
 /// (\[Howell2010\], factor C-11).
 fn below_corner(a: f64, b: f64) -> f64 {

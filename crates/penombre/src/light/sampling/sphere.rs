@@ -5,7 +5,7 @@ use penombre_math::{DVec3, Vec2, Vec3};
 use std::f64::consts::TAU;
 
 /// A sphere seen from a point: uniform in the cone of directions that meet it (\[PBRT4\], 6.2.4). From inside that
-/// are all directions.
+/// are all directions, and from points on it, too: rounding would tell by chance on which side they are.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SphericalCap {
     reference: DVec3,
@@ -17,6 +17,7 @@ pub struct SphericalCap {
     radius: f64,
     /// 1 − cos of the cone's half angle: in (0, 1) from outside, 2 from inside.
     less_cosine: f64,
+    is_inside: bool,
     density: f32,
 }
 
@@ -30,7 +31,10 @@ impl SphericalCap {
         if !(radius > 0.0 && ((distance + radius) as f32).is_finite()) {
             return None;
         }
-        let less_cosine = if distance > radius {
+        // What a point on the sphere may be off, by a few roundings to `f32`.
+        let slack = (reference.abs().max_element() + radius) * 2f64.powi(-22);
+        let is_inside = distance <= radius + slack;
+        let less_cosine = if !is_inside {
             let sine = radius / distance;
             let square = sine * sine;
             // 1 − cos = sin²/(1 + cos), without cancellation however small the cone is.
@@ -40,12 +44,12 @@ impl SphericalCap {
         };
         let axis = to_center.try_normalize().unwrap_or(DVec3::Z);
         let density = uniform_density(TAU * less_cosine)?;
-        Some(Self { reference, axis, to_center, distance, radius, less_cosine, density })
+        Some(Self { reference, axis, to_center, distance, radius, less_cosine, is_inside, density })
     }
 
-    /// True if the reference point is within the sphere.
+    /// True if the reference point is within the sphere or on it.
     pub fn is_inside(&self) -> bool {
-        self.distance <= self.radius
+        self.is_inside
     }
 
     /// True of a hit at that distance which lies on the far side of the sphere, where no sample does: a ray from outside went

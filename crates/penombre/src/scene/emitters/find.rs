@@ -170,7 +170,7 @@ impl<'a> Finder<'a> {
         let others = [[1.0, 0.0], [0.0, 1.0]].map(|uv| self.look(index, at(uv)).map(|at| as_wound(&at)));
         let agree = others.iter().all(|other| *other == Some(as_wound(&first)));
         let sides = self.sides(&first);
-        let luminance = if material.is_textured() {
+        let luminance = if material.has_textured_emission() {
             let grid = grid(TRIANGLE_GRID).map(|p| if p.x + p.y > 1.0 { Vec2::ONE - p } else { p });
             self.mean(index, grid.map(|p| at(p.to_array())))
         } else {
@@ -183,7 +183,7 @@ impl<'a> Finder<'a> {
     fn varies(&self, shape: u32) -> bool {
         let materials =
             self.scene.slots[shape as usize].iter().map(|m| &self.scene.materials[*m as usize].value);
-        materials.into_iter().any(|m| m.is_emissive() && m.is_textured())
+        materials.into_iter().any(|m| m.is_emissive() && m.has_textured_emission())
     }
 
     /// What a shape that is no mesh sends.
