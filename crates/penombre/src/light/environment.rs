@@ -94,6 +94,7 @@ impl Light for EnvironmentLight {
             radiance: sample.radiance * self.radiance,
             pdf: sample.pdf,
             normal: Vec3::ZERO,
+            aside: 0.0,
             is_delta: false,
             is_directed: false,
         })

@@ -9,6 +9,7 @@ pub mod sampling;
 
 use crate::registry::{Context, registry};
 use crate::shape::AnyShape;
+use penombre_math::rounding::gamma;
 use penombre_math::{Spectrum, Vec2, Vec3};
 use penombre_scene::params::Params;
 use penombre_scene::{Kind, ParamDefault, ParamSpec, Range};
@@ -121,6 +122,9 @@ pub struct LightSample {
     pub pdf: f32,
     /// Geometric normal of its surface at the point, unit; zero where there is none.
     pub normal: Vec3,
+    /// How far the point may lie off its surface beside the rounding of its coordinates, metres: what the test of rays against
+    /// the surface adds.
+    pub aside: f32,
     /// True for a light without extent: no ray can meet it by chance.
     pub is_delta: bool,
     /// True if what it sends depends on the direction otherwise than by the cosine at its surface.
@@ -236,6 +240,7 @@ impl LightSample {
             radiance,
             pdf: 1.0,
             normal: Vec3::ZERO,
+            aside: 0.0,
             is_delta: true,
             is_directed: false,
         }
@@ -244,7 +249,13 @@ impl LightSample {
     /// Of a direction towards a shape, from the normal there and its radiance.
     pub(crate) fn of_shape(sample: DirectionSample, normal: Vec3, radiance: Spectrum) -> Self {
         let DirectionSample { wi, point, distance, pdf } = sample;
-        Self { wi, point, distance, radiance, pdf, normal, is_delta: false, is_directed: false }
+        Self { wi, point, distance, radiance, pdf, normal, aside: 0.0, is_delta: false, is_directed: false }
+    }
+
+    /// Bound per axis on how far the point lies off its surface, metres. Points are computed in double precision, and rounded.
+    #[inline(always)]
+    pub fn p_error(&self) -> Vec3 {
+        self.point.abs() * gamma(2) + Vec3::splat(self.aside)
     }
 }
 

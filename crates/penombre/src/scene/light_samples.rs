@@ -98,6 +98,7 @@ impl Scene {
                         radiance: rectangle.radiance,
                         pdf: d.pdf * w.probability,
                         normal: rectangle.shape.normal(),
+                        aside: 0.0,
                         is_delta: false,
                         is_directed: false,
                     });

@@ -15,7 +15,7 @@ mod caustic;
 mod connect;
 mod tube;
 
-use super::shadow::shadow_ray_from;
+use super::shadow::shadow_ray_to;
 use super::wavefront::Batched;
 use super::{AnyIntegrator, Arrival, Arrivals, Integrator, PathPlace, Step};
 use crate::bsdf::{Bsdf, BsdfSample, Scatter, Transport};
@@ -178,7 +178,7 @@ impl PathTracer {
         let ray = if light.distance == f32::INFINITY {
             Ray::new(origin, light.wi, 0.0, f32::INFINITY)
         } else {
-            shadow_ray_from(origin, light.point)
+            shadow_ray_to(origin, light)
         };
         out.add_if_visible(self.limited(radiance, path.depth + 1), |rays| rays.push(ray));
     }
