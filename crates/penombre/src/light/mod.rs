@@ -60,6 +60,11 @@ pub trait Light: Send + Sync + Sized {
         None
     }
 
+    /// Centre, radius and radiance, for a ball that shines evenly to the outside.
+    fn ball(&self) -> Option<(Vec3, f32, Spectrum)> {
+        None
+    }
+
     /// A direction from which its light reaches a point, drawn by the uniform point `u` ∈ [0, 1)². `None`: none does.
     fn sample_towards(&self, from: Vec3, u: Vec2) -> Option<LightSample>;
 
@@ -118,8 +123,10 @@ pub struct LightSample {
     pub distance: f32,
     /// W/(sr·m²); for a light without extent its irradiance across `wi`, W/m².
     pub radiance: Spectrum,
-    /// Density of `wi` per solid angle, 1/sr; 1 for a light without extent.
+    /// Density of `wi` per solid angle, 1/sr; 1 for a light without extent. Per area, 1/m², if `by_area`.
     pub pdf: f32,
+    /// True if the density is that of the point per area of the surface.
+    pub by_area: bool,
     /// Geometric normal of its surface at the point, unit; zero where there is none.
     pub normal: Vec3,
     /// How far the point may lie off its surface beside the rounding of its coordinates, metres: what the test of rays against
@@ -169,6 +176,11 @@ macro_rules! lights {
             /// See [`Light::surface`].
             pub fn surface(&self) -> Option<AnyShape> {
                 match self { $(Self::$type(l) => l.surface()),+ }
+            }
+
+            /// See [`Light::ball`].
+            pub fn ball(&self) -> Option<(Vec3, f32, Spectrum)> {
+                match self { $(Self::$type(l) => l.ball()),+ }
             }
 
             /// See [`Light::sample_towards`].
@@ -239,6 +251,7 @@ impl LightSample {
             distance,
             radiance,
             pdf: 1.0,
+            by_area: false,
             normal: Vec3::ZERO,
             aside: 0.0,
             is_delta: true,
@@ -249,7 +262,18 @@ impl LightSample {
     /// Of a direction towards a shape, from the normal there and its radiance.
     pub(crate) fn of_shape(sample: DirectionSample, normal: Vec3, radiance: Spectrum) -> Self {
         let DirectionSample { wi, point, distance, pdf } = sample;
-        Self { wi, point, distance, radiance, pdf, normal, aside: 0.0, is_delta: false, is_directed: false }
+        Self {
+            wi,
+            point,
+            distance,
+            radiance,
+            pdf,
+            by_area: false,
+            normal,
+            aside: 0.0,
+            is_delta: false,
+            is_directed: false,
+        }
     }
 
     /// Bound per axis on how far the point lies off its surface, metres. Points are computed in double precision, and rounded.

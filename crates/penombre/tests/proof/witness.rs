@@ -38,6 +38,14 @@ fn point() -> String {
     )
 }
 
+/// A ball in the point's place, of the same intensity.
+fn tiny(radius: f64) -> String {
+    let l = INTENSITY / (PI * radius * radius);
+    format!(
+        "[light.lamp]\ntype = \"sphere\"\ncenter = [-0.8, 2, 0.4]\nradius = {radius}\nradiance = [{l}, {l}, {l}]\n"
+    )
+}
+
 /// Refraction at a boundary whose unit normal `n` faces the ray; `eta` is the index behind over that before. The direction
 /// behind and the share that passes, of unpolarised light \[PBRT4\].
 fn refract(d: DVec3, n: DVec3, eta: f64) -> Option<(DVec3, f64)> {
@@ -106,11 +114,11 @@ fn traced(ior: f64) -> Vec<f64> {
     flux.iter().map(|f| f / area * ALBEDO / PI).collect()
 }
 
-/// Blocks of the floor by path and by the grid of rays.
+/// A point, and tiny balls of the same intensity in its place.
 #[test]
-fn caustics_of_points_are_those_of_traced_light() {
+fn caustics_of_points_and_tiny_balls_are_those_of_traced_light() {
     let spp = by_size(16, 1024);
-    let lamps = [("point", point())];
+    let lamps = [("point", point()), ("1 mm", tiny(0.001)), ("4 mm", tiny(0.004)), ("16 mm", tiny(0.016))];
     let mut wrong = 0;
     for ior in [1.5, 1.33, 0.7] {
         let expected = traced(ior);

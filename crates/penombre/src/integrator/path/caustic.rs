@@ -95,29 +95,10 @@ pub struct Turn {
     pub probability: f32,
 }
 
-/// What a light sample's density becomes as one of a way's first direction.
-#[derive(Clone, Copy, Debug)]
-struct Seen {
-    /// From the ball's centre: 1/sr, that of the ball and the emitter included.
-    pdf: f32,
-    /// From the ball's centre, metres; infinite at infinity.
-    distance: f32,
-    /// Cosines at the light, towards the centre and towards the last point of the ball; 1 without a surface.
-    cosines: [f32; 2],
-}
-
-impl Seen {
-    /// The density per solid angle of the first direction; 0 if the light shines to one of the two only.
-    fn density(&self, tube: &Tube) -> f32 {
-        if self.distance == f32::INFINITY {
-            return self.pdf * tube.solid_angle();
-        }
-        let [center, point] = self.cosines;
-        if center * point <= 0.0 {
-            return 0.0;
-        }
-        self.pdf * (center / point) * tube.area() / (self.distance * self.distance)
-    }
+/// The density of a way's first direction, 1/sr, from that of the light's point per area of its surface, 1/m²; `cos` is that of
+/// the angle at which the way meets the surface.
+fn by_area(pdf: f32, cos: f32, tube: &Tube) -> f32 {
+    pdf * tube.area() / cos.abs()
 }
 
 impl PathTracer {
@@ -125,22 +106,16 @@ impl PathTracer {
     pub(super) fn weight_of_met(&self, scene: &Scene, chain: &Chain, at: &SurfacePoint) -> f32 {
         let sphere = &scene.specular_spheres()[chain.sphere as usize];
         let from = sphere.center.as_vec3();
-        let to = at.p - from;
-        let distance = to.length();
-        let wi = to * (1.0 / distance);
-        let pdf = scene.light_pdf(at, from, wi, distance);
-        let cosines = [-wi.dot(at.ng), at.wo.dot(at.ng)];
+        let pdf = scene.light_pdf_around(at, from, sphere.radius);
         let pdf = pdf * chain.share * probability(scene, sphere, chain.stage == Stage::Through);
-        let seen = Seen { pdf, distance, cosines };
-        power_heuristic(chain.pdf, seen.density(&chain.tube.advance(at.t)))
+        power_heuristic(chain.pdf, by_area(pdf, at.wo.dot(at.ng), &chain.tube.advance(at.t)))
     }
 
     /// The same of light from infinity.
     pub(super) fn weight_of_escaped(&self, scene: &Scene, chain: &Chain, pdf: f32) -> f32 {
         let sphere = &scene.specular_spheres()[chain.sphere as usize];
         let pdf = pdf * chain.share * probability(scene, sphere, chain.stage == Stage::Through);
-        let seen = Seen { pdf, distance: f32::INFINITY, cosines: [1.0; 2] };
-        power_heuristic(chain.pdf, seen.density(&chain.tube))
+        power_heuristic(chain.pdf, pdf * chain.tube.solid_angle())
     }
 
     /// Asks for the light of one emitter by way of one ball.
@@ -301,10 +276,22 @@ impl Way<'_> {
     /// The density of the first direction, from the bundle before its last part.
     fn density(&self, tube: Tube, (length, wi): (f32, Vec3)) -> f32 {
         let light = self.light;
-        let tube = if length == f32::INFINITY { tube } else { tube.advance(length) };
-        let surface = light.normal != Vec3::ZERO;
-        let cosines = if surface { [light.wi, wi].map(|w| -w.dot(light.normal)) } else { [1.0; 2] };
-        Seen { pdf: self.pdf, distance: light.distance, cosines }.density(&tube)
+        if length == f32::INFINITY {
+            return self.pdf * tube.solid_angle();
+        }
+        let square = light.distance * light.distance;
+        let (pdf, cos) = if light.normal == Vec3::ZERO {
+            (self.pdf / square, 1.0)
+        } else {
+            let [center, point] = [light.wi, wi].map(|w| -w.dot(light.normal));
+            match light.by_area {
+                true if point > 0.0 => (self.pdf, point),
+                // It shines to the side of the centre.
+                false if center * point > 0.0 => (self.pdf * center.abs() / square, point),
+                _ => return 0.0,
+            }
+        };
+        by_area(pdf, cos, &tube.advance(length))
     }
 
     /// By a reflection off the outside.

@@ -342,10 +342,11 @@ impl PathTracer {
         let unknown = |light: &Option<LightSample>, sought: &Sought| !is_far(light) && sought.is_tried;
         let wanted = near.filter(|((_, light), (sought, _))| unknown(light, sought)).map(
             |((v, _), (sought, [_, u]))| {
-                (spheres[sought.sphere as usize].center.as_vec3(), v.choices.x, Vec2::from(*u))
+                let ball = &spheres[sought.sphere as usize];
+                (ball.center.as_vec3(), ball.radius, v.choices.x, Vec2::from(*u))
             },
         );
-        scene.sample_lights(wanted, seen);
+        scene.sample_lights_around(wanted, seen);
         let mut seen = seen.answers().iter();
         ball_lights.extend(lights.answers().iter().zip(sought.iter()).map(|(light, sought)| {
             if unknown(light, sought) { *seen.next()? } else { light.filter(|_| sought.is_tried) }

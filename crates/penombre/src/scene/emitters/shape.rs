@@ -85,6 +85,19 @@ enum Place<'a> {
 }
 
 impl ShapeEmitter {
+    /// Centre, radius and outer radiance, if it is a ball that shines evenly, in its place and without holes.
+    pub fn ball(&self, scene: &Scene) -> Option<(Vec3, f32, Spectrum)> {
+        let in_place = scene.shapes.placed[self.placed as usize].to_world.is_none();
+        match (&self.form, self.glow) {
+            (Form::Sphere { center, radius }, Glow::Even([_, outside]))
+                if in_place && scene.cut_outs.is_empty() =>
+            {
+                (!outside.is_black()).then_some((*center, *radius, outside))
+            }
+            _ => None,
+        }
+    }
+
     /// A direction from which its light reaches a point.
     pub fn sample(&self, scene: &Scene, from: Vec3, u: Vec2) -> Option<LightSample> {
         let (direction, outside, place) = match &self.form {
