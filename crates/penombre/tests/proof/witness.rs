@@ -79,8 +79,8 @@ fn block(x: f64, z: f64) -> Option<usize> {
 }
 
 /// Mean radiance of the floor in each block.
-fn traced(ior: f64) -> Vec<f64> {
-    let mut flux = vec![0.0; BLOCKS * BLOCKS];
+fn traced(ior: f64) -> [f64; BLOCKS * BLOCKS] {
+    let mut flux = [0.0; BLOCKS * BLOCKS];
     let n = 2000;
     // Through the ball, evenly over the cone that it fills.
     let axis = (CENTER - LIGHT).normalize();
@@ -111,7 +111,7 @@ fn traced(ior: f64) -> Vec<f64> {
         }
     }
     let area = (SIZE / BLOCKS as f64).powi(2);
-    flux.iter().map(|f| f / area * ALBEDO / PI).collect()
+    flux.map(|f| f / area * ALBEDO / PI)
 }
 
 /// A point, and tiny balls of the same intensity in its place.
