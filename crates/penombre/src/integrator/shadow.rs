@@ -1,14 +1,15 @@
 //! Shadow rays to points of lights.
 
-use crate::light::AnyLight;
+use crate::light::{AnyLight, LightSample};
 use crate::sampler::{self, Series};
 use crate::scene::{Departure, Scene};
 use penombre_bvh::Ray;
+use penombre_math::rounding::{gamma, offset_origin};
 use penombre_math::{Vec2, Vec3};
 use penombre_sys::{Vectorizable, vectorize};
 
-/// A shadow ray ends this share of its length before the light, so that a light that lies in a surface is not
-/// hidden by that surface's rounding.
+/// A shadow ray to a light without a surface ends this share of its length before it, so that one that lies in a surface is
+/// not hidden by that surface's rounding. No bound of an error: that would depend on the angle at which the surface is met.
 const LIGHT_SLACK: f32 = 1e-5;
 
 /// The ray from a surface to a point of a light. Its parameter runs from 0 at the surface to 1 at the light.
@@ -21,6 +22,30 @@ pub fn shadow_ray(departure: &Departure, light: Vec3) -> Ray {
 #[inline(always)]
 pub fn shadow_ray_from(origin: Vec3, light: Vec3) -> Ray {
     Ray::new(origin, light - origin, 0.0, 1.0 - LIGHT_SLACK)
+}
+
+/// The ray to a sampled point of a light, which the light's own surface does not stop.
+#[inline(always)]
+pub fn shadow_ray_to(origin: Vec3, light: &LightSample) -> Ray {
+    if light.normal == Vec3::ZERO {
+        shadow_ray_from(origin, light.point)
+    } else {
+        ray_before(origin, light.point, light.p_error(), light.normal)
+    }
+}
+
+/// The ray to a point of a surface, which ends before that surface: `p_error` bounds per axis how far the point lies off it,
+/// `normal` is its geometric normal (unit).
+///
+/// With the end e and the exact way e − o, the direction is d = (e − o)(1 + δ) per axis, |δ| ≤ u, the unit roundoff. The
+/// surface, n·(x − p) = 0, is met at t < 1 only if n·(e − p) ≤ n·(e − o − t·d) ≤ u·|n|·|e − o|, since n·d < 0; hits are
+/// computed in double precision and rounded once, which does not take them below 1. So e has to stand off by the error of
+/// p and u·|e − o|; twice that covers the roundings of the bound itself (\[PBRT4\], 6.8.6).
+#[inline(always)]
+pub fn ray_before(origin: Vec3, p: Vec3, p_error: Vec3, normal: Vec3) -> Ray {
+    let back = origin - p;
+    let end = offset_origin(p, p_error + back.abs() * gamma(2), normal, back);
+    Ray::new(origin, end - origin, 0.0, 1.0)
 }
 
 /// Rays from one surface point to several points of a light.
@@ -109,3 +134,6 @@ impl Vectorizable for Rays<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -93,7 +93,9 @@ impl Light for EnvironmentLight {
             distance: f32::INFINITY,
             radiance: sample.radiance * self.radiance,
             pdf: sample.pdf,
+            by_area: false,
             normal: Vec3::ZERO,
+            aside: 0.0,
             is_delta: false,
             is_directed: false,
         })

@@ -9,6 +9,7 @@ pub mod sampling;
 
 use crate::registry::{Context, registry};
 use crate::shape::AnyShape;
+use penombre_math::rounding::gamma;
 use penombre_math::{Spectrum, Vec2, Vec3};
 use penombre_scene::params::Params;
 use penombre_scene::{Kind, ParamDefault, ParamSpec, Range};
@@ -56,6 +57,11 @@ pub trait Light: Send + Sync + Sized {
 
     /// The surface that physically based integrators see; `None` for lights without extent and from infinity.
     fn surface(&self) -> Option<AnyShape> {
+        None
+    }
+
+    /// Centre, radius and radiance, for a ball that shines evenly to the outside.
+    fn ball(&self) -> Option<(Vec3, f32, Spectrum)> {
         None
     }
 
@@ -117,10 +123,15 @@ pub struct LightSample {
     pub distance: f32,
     /// W/(sr·m²); for a light without extent its irradiance across `wi`, W/m².
     pub radiance: Spectrum,
-    /// Density of `wi` per solid angle, 1/sr; 1 for a light without extent.
+    /// Density of `wi` per solid angle, 1/sr; 1 for a light without extent. Per area, 1/m², if `by_area`.
     pub pdf: f32,
+    /// True if the density is that of the point per area of the surface.
+    pub by_area: bool,
     /// Geometric normal of its surface at the point, unit; zero where there is none.
     pub normal: Vec3,
+    /// How far the point may lie off its surface beside the rounding of its coordinates, metres: what the test of rays against
+    /// the surface adds.
+    pub aside: f32,
     /// True for a light without extent: no ray can meet it by chance.
     pub is_delta: bool,
     /// True if what it sends depends on the direction otherwise than by the cosine at its surface.
@@ -165,6 +176,11 @@ macro_rules! lights {
             /// See [`Light::surface`].
             pub fn surface(&self) -> Option<AnyShape> {
                 match self { $(Self::$type(l) => l.surface()),+ }
+            }
+
+            /// See [`Light::ball`].
+            pub fn ball(&self) -> Option<(Vec3, f32, Spectrum)> {
+                match self { $(Self::$type(l) => l.ball()),+ }
             }
 
             /// See [`Light::sample_towards`].
@@ -235,7 +251,9 @@ impl LightSample {
             distance,
             radiance,
             pdf: 1.0,
+            by_area: false,
             normal: Vec3::ZERO,
+            aside: 0.0,
             is_delta: true,
             is_directed: false,
         }
@@ -244,7 +262,24 @@ impl LightSample {
     /// Of a direction towards a shape, from the normal there and its radiance.
     pub(crate) fn of_shape(sample: DirectionSample, normal: Vec3, radiance: Spectrum) -> Self {
         let DirectionSample { wi, point, distance, pdf } = sample;
-        Self { wi, point, distance, radiance, pdf, normal, is_delta: false, is_directed: false }
+        Self {
+            wi,
+            point,
+            distance,
+            radiance,
+            pdf,
+            by_area: false,
+            normal,
+            aside: 0.0,
+            is_delta: false,
+            is_directed: false,
+        }
+    }
+
+    /// Bound per axis on how far the point lies off its surface, metres. Points are computed in double precision, and rounded.
+    #[inline(always)]
+    pub fn p_error(&self) -> Vec3 {
+        self.point.abs() * gamma(2) + Vec3::splat(self.aside)
     }
 }
 

@@ -82,6 +82,10 @@ impl Light for SphereLight {
         Some(AnyShape::Sphere(Sphere::new(self.center, self.radius)?))
     }
 
+    fn ball(&self) -> Option<(Vec3, f32, Spectrum)> {
+        Some((self.center, self.radius, self.radiance))
+    }
+
     fn sample_towards(&self, from: Vec3, u: Vec2) -> Option<LightSample> {
         let sample = self.seen_from(from)?.sample(u);
         let normal = (sample.point - self.center).normalize_or_zero();

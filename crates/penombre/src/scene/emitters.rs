@@ -149,6 +149,21 @@ impl Scene {
         }
     }
 
+    /// Probability with which an emitter is chosen.
+    #[inline]
+    pub(super) fn probability_of(&self, emitter: usize) -> f32 {
+        self.emitters.choice.probability(emitter)
+    }
+
+    /// Centre, radius and radiance of an emitter that is a ball and shines evenly to the outside.
+    #[inline]
+    pub(super) fn emitting_ball(&self, emitter: usize) -> Option<(Vec3, f32, Spectrum)> {
+        match self.lights.get(emitter) {
+            Some(light) => light.value.ball(),
+            None => self.emitters.shapes[emitter - self.lights.len()].ball(self),
+        }
+    }
+
     /// The emitter if it is a light that is a rectangle and shines on one side.
     #[inline]
     pub(super) fn quick_rectangle(&self, emitter: usize) -> Option<&ShiningRectangle> {

@@ -10,3 +10,4 @@ mod furnace;
 mod references;
 mod scale;
 mod terminator;
+mod witness;

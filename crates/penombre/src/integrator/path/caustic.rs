@@ -11,7 +11,7 @@ use super::tube::Tube;
 use super::{PathState, PathTracer, Vertex, power_heuristic};
 use crate::bsdf::{Scatter, Transport};
 use crate::integrator::Step;
-use crate::integrator::shadow::shadow_ray_from;
+use crate::integrator::shadow::{ray_before, shadow_ray_to};
 use crate::light::LightSample;
 use crate::scene::{NOT_SPECULAR, Scene, SpecularSphere, SurfacePoint};
 use penombre_bvh::Ray;
@@ -95,29 +95,10 @@ pub struct Turn {
     pub probability: f32,
 }
 
-/// What a light sample's density becomes as one of a way's first direction.
-#[derive(Clone, Copy, Debug)]
-struct Seen {
-    /// From the ball's centre: 1/sr, that of the ball and the emitter included.
-    pdf: f32,
-    /// From the ball's centre, metres; infinite at infinity.
-    distance: f32,
-    /// Cosines at the light, towards the centre and towards the last point of the ball; 1 without a surface.
-    cosines: [f32; 2],
-}
-
-impl Seen {
-    /// The density per solid angle of the first direction; 0 if the light shines to one of the two only.
-    fn density(&self, tube: &Tube) -> f32 {
-        if self.distance == f32::INFINITY {
-            return self.pdf * tube.solid_angle();
-        }
-        let [center, point] = self.cosines;
-        if center * point <= 0.0 {
-            return 0.0;
-        }
-        self.pdf * (center / point) * tube.area() / (self.distance * self.distance)
-    }
+/// The density of a way's first direction, 1/sr, from that of the light's point per area of its surface, 1/m²; `cos` is that of
+/// the angle at which the way meets the surface.
+fn by_area(pdf: f32, cos: f32, tube: &Tube) -> f32 {
+    pdf * tube.area() / cos.abs()
 }
 
 impl PathTracer {
@@ -125,22 +106,16 @@ impl PathTracer {
     pub(super) fn weight_of_met(&self, scene: &Scene, chain: &Chain, at: &SurfacePoint) -> f32 {
         let sphere = &scene.specular_spheres()[chain.sphere as usize];
         let from = sphere.center.as_vec3();
-        let to = at.p - from;
-        let distance = to.length();
-        let wi = to * (1.0 / distance);
-        let pdf = scene.light_pdf(at, from, wi, distance);
-        let cosines = [-wi.dot(at.ng), at.wo.dot(at.ng)];
+        let pdf = scene.light_pdf_around(at, from, sphere.radius);
         let pdf = pdf * chain.share * probability(scene, sphere, chain.stage == Stage::Through);
-        let seen = Seen { pdf, distance, cosines };
-        power_heuristic(chain.pdf, seen.density(&chain.tube.advance(at.t)))
+        power_heuristic(chain.pdf, by_area(pdf, at.wo.dot(at.ng), &chain.tube.advance(at.t)))
     }
 
     /// The same of light from infinity.
     pub(super) fn weight_of_escaped(&self, scene: &Scene, chain: &Chain, pdf: f32) -> f32 {
         let sphere = &scene.specular_spheres()[chain.sphere as usize];
         let pdf = pdf * chain.share * probability(scene, sphere, chain.stage == Stage::Through);
-        let seen = Seen { pdf, distance: f32::INFINITY, cosines: [1.0; 2] };
-        power_heuristic(chain.pdf, seen.density(&chain.tube))
+        power_heuristic(chain.pdf, pdf * chain.tube.solid_angle())
     }
 
     /// Asks for the light of one emitter by way of one ball.
@@ -182,7 +157,7 @@ impl PathTracer {
         if radiance.is_black() || !radiance.is_finite() {
             return;
         }
-        let first = shadow_ray_from(origin, found.first);
+        let first = found.first.ray_from(origin);
         let radiance = self.limited(radiance, path.depth + 2);
         out.add_if_all_visible(radiance, [first].into_iter().chain(found.rays.iter().copied()));
     }
@@ -227,7 +202,7 @@ struct Found<'a> {
     /// First direction, unit.
     wi: Vec3,
     /// Where it meets the ball.
-    first: Vec3,
+    first: BallPoint,
     /// What must be free beyond.
     rays: &'a [Ray],
     /// Density of the first direction, 1/sr.
@@ -237,6 +212,27 @@ struct Found<'a> {
     /// Probability with which a path takes the same turns.
     probability: f32,
     is_delta: bool,
+}
+
+/// A point of a ball.
+#[derive(Clone, Copy)]
+struct BallPoint {
+    p: Vec3,
+    /// Bound per axis on how far it lies off the ball, metres.
+    error: Vec3,
+    /// To the outside, unit.
+    normal: Vec3,
+}
+
+impl BallPoint {
+    fn origin_toward(&self, dir: Vec3) -> Vec3 {
+        offset_origin(self.p, self.error, self.normal, dir)
+    }
+
+    /// The ray that ends here.
+    fn ray_from(&self, origin: Vec3) -> Ray {
+        ray_before(origin, self.p, self.error, self.normal)
+    }
 }
 
 /// The ball and light between which ways are sought.
@@ -257,38 +253,45 @@ impl Way<'_> {
         }
     }
 
-    /// A point of the ball by its normal, and the bound of its error.
-    fn point(&self, n: DVec3) -> (Vec3, Vec3) {
+    /// A point of the ball by its normal.
+    fn point(&self, n: DVec3) -> BallPoint {
         let s = self.sphere;
-        let p = s.center + n * s.radius;
+        let p = (s.center + n * s.radius).as_vec3();
         let reach = (s.center.abs().max_element() + s.radius) as f32;
-        (p.as_vec3(), p.as_vec3().abs() * (2.0 * UNIT_ROUNDOFF) + Vec3::splat(reach * UNIT_ROUNDOFF * 1e-3))
+        let error = p.abs() * (2.0 * UNIT_ROUNDOFF) + Vec3::splat(reach * UNIT_ROUNDOFF * 1e-3);
+        BallPoint { p, error, normal: n.as_vec3() }
     }
 
     /// The last part of a way: its ray, its length and its direction.
-    fn last(&self, n: DVec3) -> (Ray, f32, Vec3) {
-        let (p, error) = self.point(n);
-        let normal = n.as_vec3();
+    fn last(&self, from: &BallPoint) -> (Ray, f32, Vec3) {
         if self.light.distance == f32::INFINITY {
             let wi = self.light.wi;
-            return (
-                Ray::new(offset_origin(p, error, normal, wi), wi, 0.0, f32::INFINITY),
-                f32::INFINITY,
-                wi,
-            );
+            return (Ray::new(from.origin_toward(wi), wi, 0.0, f32::INFINITY), f32::INFINITY, wi);
         }
-        let to = self.light.point - p;
+        let to = self.light.point - from.p;
         let length = to.length();
-        (shadow_ray_from(offset_origin(p, error, normal, to), self.light.point), length, to * (1.0 / length))
+        (shadow_ray_to(from.origin_toward(to), self.light), length, to * (1.0 / length))
     }
 
     /// The density of the first direction, from the bundle before its last part.
     fn density(&self, tube: Tube, (length, wi): (f32, Vec3)) -> f32 {
         let light = self.light;
-        let tube = if length == f32::INFINITY { tube } else { tube.advance(length) };
-        let surface = light.normal != Vec3::ZERO;
-        let cosines = if surface { [light.wi, wi].map(|w| -w.dot(light.normal)) } else { [1.0; 2] };
-        Seen { pdf: self.pdf, distance: light.distance, cosines }.density(&tube)
+        if length == f32::INFINITY {
+            return self.pdf * tube.solid_angle();
+        }
+        let square = light.distance * light.distance;
+        let (pdf, cos) = if light.normal == Vec3::ZERO {
+            (self.pdf / square, 1.0)
+        } else {
+            let [center, point] = [light.wi, wi].map(|w| -w.dot(light.normal));
+            match light.by_area {
+                true if point > 0.0 => (self.pdf, point),
+                // It shines to the side of the centre.
+                false if center * point > 0.0 => (self.pdf * center.abs() / square, point),
+                _ => return 0.0,
+            }
+        };
+        by_area(pdf, cos, &tube.advance(length))
     }
 
     /// By a reflection off the outside.
@@ -298,17 +301,17 @@ impl Way<'_> {
         let Some(n) = connect::mirror_point(from.as_dvec3(), self.target(), s.center, s.radius) else {
             return;
         };
-        let (p, _) = self.point(n);
-        let to = p - from;
+        let first = self.point(n);
+        let to = first.p - from;
         let distance = to.length();
         let wi = to * (1.0 / distance);
         let cos = -wi.dot(n.as_vec3());
         let Some(lobe) = s.bsdf.delta_lobe(local(cos), false).filter(|_| cos > 0.0) else { return };
-        let (ray, length, last) = self.last(n);
+        let (ray, length, last) = self.last(&first);
         let tube = Tube::start(distance).mirrored(cos, s.radius as f32);
         tell(Found {
             wi,
-            first: p,
+            first,
             rays: &[ray],
             pdf: self.density(tube, (length, last)),
             radiance: self.light.radiance * lobe.weight,
@@ -331,12 +334,12 @@ impl Way<'_> {
 
     fn passage(&self, way: &Through, from: Vec3, ior: f32) -> Option<(Found<'static>, [Ray; 2])> {
         let (s, radius) = (self.sphere, self.sphere.radius as f32);
-        let (entry, exit) = (way.entry.as_vec3(), way.exit.as_vec3());
-        let ((p, error), (q, _)) = (self.point(way.entry), self.point(way.exit));
-        let (to, across) = (p - from, q - p);
+        let (first, second) = (self.point(way.entry), self.point(way.exit));
+        let (entry, exit) = (first.normal, second.normal);
+        let (to, across) = (first.p - from, second.p - first.p);
         let (distance, chord) = (to.length(), across.length());
         let (wi, inside) = (to * (1.0 / distance), across * (1.0 / chord));
-        let (ray, length, last) = self.last(way.exit);
+        let (ray, length, last) = self.last(&second);
         let cosines = [-wi.dot(entry), -inside.dot(entry), inside.dot(exit), last.dot(exit)];
         if cosines.iter().any(|c| *c < 1e-3) {
             return None;
@@ -346,10 +349,10 @@ impl Way<'_> {
         let leave = s.bsdf.delta_lobe(local(-cos_before), true)?;
         let tube = Tube::start(distance).refracted(cos_in, cos_within, ior, radius);
         let tube = tube.advance(chord).refracted(cos_before, cos_out, 1.0 / ior, -radius);
-        let within = shadow_ray_from(offset_origin(p, error, entry, inside), q);
+        let within = second.ray_from(first.origin_toward(inside));
         let found = Found {
             wi,
-            first: p,
+            first,
             rays: &[],
             pdf: self.density(tube, (length, last)),
             radiance: self.light.radiance * enter.weight * leave.weight,

@@ -44,14 +44,15 @@ impl Plane {
         outside.then_some(Self { x, y, distance, target: [along, height], is_direction })
     }
 
-    /// By how much rays that meet the ball at each angle that is tried miss the target: in single precision, all at once.
+    /// By how much rays that meet the ball at each angle that is tried miss the target, and the slopes of that over the angle:
+    /// in single precision, all at once.
     #[inline(always)]
-    fn misses(&self, ior: f64) -> [f32; TRIES] {
+    fn misses(&self, ior: f64) -> [[f32; TRIES]; 2] {
         let [sines, cosines] = &*SINES;
         let (most, distance, index) = (ior.min(1.0) as f32, 1.0 / self.distance as f32, 1.0 / ior as f32);
         let [tx, ty] = self.target.map(|v| v as f32);
         let beside = if self.is_direction { 0.0 } else { 1.0f32 };
-        let mut misses = [0.0; TRIES];
+        let (mut misses, mut slopes) = ([0.0; TRIES], [0.0; TRIES]);
         for i in 0..TRIES {
             let sin = sines[i] * most;
             let cos = if most < 1.0 { (1.0 - sin * sin).max(0.0).sqrt() } else { cosines[i] };
@@ -63,8 +64,13 @@ impl Plane {
             let (s2, c2) = (2.0 * s * c, c * c - s * s);
             let (x, y) = (cos_a * c2 + sin_a * s2, sin_a * c2 - cos_a * s2);
             misses[i] = x * ty - y * tx - beside * sin;
+            let sin_slope = most * cosines[i];
+            let first = if most < 1.0 { sin_slope / cos.max(1e-9) } else { 1.0 };
+            let second = if most < 1.0 { 1.0 } else { sin_slope * index / cos_t };
+            let turned = sin_slope * distance / cos_a.max(1e-9) - 2.0 * (first - second);
+            slopes[i] = -(x * tx + y * ty) * turned - beside * sin_slope;
         }
-        misses
+        [misses, slopes]
     }
 
     /// By how much a ray misses the target, in radii, or as a sine if that is a direction.
@@ -80,10 +86,12 @@ impl Plane {
         let [tx, ty] = self.target;
         let ahead = p.behind[0] * tx + p.behind[1] * ty;
         let sin_slope = most * cos;
-        let slope_of = |sin: f64| 1.0 / (1.0 - sin * sin).max(1e-18).sqrt();
-        let before = sin_slope / self.distance * slope_of(p.before[1]);
-        let turn = 2.0 * sin_slope * (slope_of(p.beside) - slope_of(p.beside / ior) / ior);
-        let turned = before - turn;
+        let slope_of = |sin: f64| sin_slope / (1.0 - sin * sin).max(1e-18).sqrt();
+        let before = slope_of(p.before[1]) / self.distance;
+        // One of the two sines is that of the angle itself.
+        let first = if most < 1.0 { slope_of(p.beside) } else { 1.0 };
+        let second = if most < 1.0 { 1.0 } else { slope_of(p.beside / ior) / ior };
+        let turned = before - 2.0 * (first - second);
         let aside = if self.is_direction { 0.0 } else { sin_slope };
         (self.miss(p), -ahead * turned - aside)
     }
@@ -213,10 +221,11 @@ pub fn ways_through(from: DVec3, target: Target, center: DVec3, radius: f64, ior
         let cos = if most < 1.0 { (1.0 - sin * sin).max(0.0).sqrt() } else { cos };
         Passage::new(sin, cos, plane.distance, ior)
     };
-    let misses = plane.misses(ior);
+    let [misses, slopes] = plane.misses(ior);
     let angle = |i: usize| [SINES[0][i], SINES[1][i]].map(f64::from);
+    let value_and_slope = |angle: [f64; 2]| plane.miss_and_slope(&at(angle), angle, most, ior);
     let mut tell = |ends: [[f64; 2]; 2], values: [f64; 2]| {
-        let p = at(refine(ends, values, |angle| plane.miss_and_slope(&at(angle), angle, most, ior)));
+        let p = at(refine(ends, values, value_and_slope));
         if let Some(way) = plane.through(&p)
             && found.count < MOST_WAYS
         {
@@ -229,13 +238,13 @@ pub fn ways_through(from: DVec3, target: Target, center: DVec3, radius: f64, ior
         if (near < 0.0) != (far < 0.0) {
             let ends = [angle(i), angle(i + 1)];
             tell(ends, ends.map(|a| miss(&at(a))));
-        } else if i > 0 && near.abs() < misses[i - 1].abs() && near.abs() <= far.abs() {
+        } else if near * slopes[i] < 0.0 && far * slopes[i + 1] > 0.0 {
             // Near a focus two ways may lie close together.
-            let angles = [angle(i - 1), angle(i), angle(i + 1)];
-            let values = angles.map(|a| miss(&at(a)));
-            if let Some((middle, value)) = turning(angles, values, |a| miss(&at(a))) {
-                tell([angles[0], middle], [values[0], value]);
-                tell([middle, angles[2]], [value, values[2]]);
+            let ends = [angle(i), angle(i + 1)];
+            let values = ends.map(|a| miss(&at(a)));
+            if let Some((middle, value)) = dip(ends, value_and_slope) {
+                tell([ends[0], middle], [values[0], value]);
+                tell([middle, ends[1]], [value, values[1]]);
             }
         }
     }
@@ -258,45 +267,31 @@ impl IntoIterator for Ways {
     }
 }
 
-/// Where a function with the same sign at three points of the circle has the other one between them, and its value there:
-/// looked for at the vertex of the parabola through the nearest three, twice at most.
-fn turning(
-    mut points: [[f64; 2]; 3],
-    mut values: [f64; 3],
-    f: impl Fn([f64; 2]) -> f64,
-) -> Option<([f64; 2], f64)> {
-    let sign = values[1].signum();
-    for _ in 0..4 {
-        let [a, b, c] = values.map(|v| v * sign);
-        if !(b <= a && b <= c && (a > b || c > b)) {
+/// Where a function of a point on the circle, given with its slope, that comes closer to 0 from both of two points has the other
+/// sign between them, and its value there: looked for at the minimum of the cubic through both \[Nocedal2006\], as long as
+/// the tangents cross 0, below which a convex function does not fall.
+fn dip(mut ends: [[f64; 2]; 2], f: impl Fn([f64; 2]) -> (f64, f64)) -> Option<([f64; 2], f64)> {
+    let [first, last] = ends.map(&f);
+    let sign = first.0.signum();
+    let [mut a, mut b] = [first, last].map(|(value, slope)| (value * sign, slope * sign));
+    for _ in 0..8 {
+        // A chord stands for its angle.
+        let width = chord(ends[0], ends[1]);
+        let bend = b.1 - a.1;
+        let lowest = a.0 + a.1 * (a.0 - b.0 + b.1 * width) / bend;
+        if !(a.0 > 0.0 && b.0 > 0.0 && a.1 < 0.0 && b.1 > 0.0 && lowest < 0.0) {
             return None;
         }
-        // Chords stand for angles: the vertex as a share of the way from the middle to either end.
-        let (before, after) = (chord(points[0], points[1]), chord(points[1], points[2]));
-        let (left, right) = ((b - a) / before, (c - b) / after);
-        let bend = (right - left) / (before + after);
-        let slope = (left * after + right * before) / (before + after);
-        let step = -slope / (2.0 * bend);
-        let vertex = b + slope * step + bend * step * step;
-        // Far from 0, or as flat as can be.
-        if vertex > 0.5 * b || step.abs() < 1e-9 {
-            return None;
-        }
-        let (end, share) = if step < 0.0 { (points[0], -step / before) } else { (points[2], step / after) };
-        let share = share.min(0.9);
-        let middle = normalized([0, 1].map(|k| points[1][k] + (end[k] - points[1][k]) * share))?;
-        let value = f(middle);
+        let mean = a.1 + b.1 - 3.0 * (b.0 - a.0) / width;
+        let root = (mean * mean - a.1 * b.1).sqrt();
+        let share = 1.0 - (b.1 + root - mean) / (bend + 2.0 * root);
+        let middle = normalized([0, 1].map(|k| ends[0][k] + (ends[1][k] - ends[0][k]) * share))?;
+        let (value, slope) = f(middle);
         if value * sign < 0.0 {
             return Some((middle, value));
         }
-        // The lower of the two becomes the middle.
-        let lower = value * sign < b;
-        (points, values) = match (step < 0.0, lower) {
-            (true, true) => ([points[0], middle, points[1]], [values[0], value, values[1]]),
-            (false, true) => ([points[1], middle, points[2]], [values[1], value, values[2]]),
-            (true, false) => ([middle, points[1], points[2]], [value, values[1], values[2]]),
-            (false, false) => ([points[0], points[1], middle], [values[0], values[1], value]),
-        };
+        let found = (value * sign, slope * sign);
+        if found.1 < 0.0 { (ends[0], a) = (middle, found) } else { (ends[1], b) = (middle, found) }
     }
     None
 }
@@ -418,8 +413,8 @@ mod tests {
             let hit = ways.into_iter().any(|w| w.entry.distance(entry) < 1e-5);
             missed += i32::from(!hit);
         }
-        // Two ways closer together than the tries are overlooked; that is near a focus.
-        assert!(passed > 8000 && missed * 200 < passed, "{missed} of {passed}");
+        // Where two ways are almost one, rounding decides.
+        assert!(passed > 8000 && missed * 4000 < passed, "{missed} of {passed}");
     }
 
     /// The widening of the bundle is that of two rays side by side.

@@ -15,7 +15,7 @@ mod caustic;
 mod connect;
 mod tube;
 
-use super::shadow::shadow_ray_from;
+use super::shadow::shadow_ray_to;
 use super::wavefront::Batched;
 use super::{AnyIntegrator, Arrival, Arrivals, Integrator, PathPlace, Step};
 use crate::bsdf::{Bsdf, BsdfSample, Scatter, Transport};
@@ -178,7 +178,7 @@ impl PathTracer {
         let ray = if light.distance == f32::INFINITY {
             Ray::new(origin, light.wi, 0.0, f32::INFINITY)
         } else {
-            shadow_ray_from(origin, light.point)
+            shadow_ray_to(origin, light)
         };
         out.add_if_visible(self.limited(radiance, path.depth + 1), |rays| rays.push(ray));
     }
@@ -342,10 +342,11 @@ impl PathTracer {
         let unknown = |light: &Option<LightSample>, sought: &Sought| !is_far(light) && sought.is_tried;
         let wanted = near.filter(|((_, light), (sought, _))| unknown(light, sought)).map(
             |((v, _), (sought, [_, u]))| {
-                (spheres[sought.sphere as usize].center.as_vec3(), v.choices.x, Vec2::from(*u))
+                let ball = &spheres[sought.sphere as usize];
+                (ball.center.as_vec3(), ball.radius, v.choices.x, Vec2::from(*u))
             },
         );
-        scene.sample_lights(wanted, seen);
+        scene.sample_lights_around(wanted, seen);
         let mut seen = seen.answers().iter();
         ball_lights.extend(lights.answers().iter().zip(sought.iter()).map(|(light, sought)| {
             if unknown(light, sought) { *seen.next()? } else { light.filter(|_| sought.is_tried) }

@@ -29,7 +29,7 @@ pub use choice::LightChoice;
 pub use disk::SphericalDisk;
 pub use environment::{Environment, EnvironmentSample, EnvironmentSampling};
 pub use quad::{Parallelogram, SphericalQuad};
-pub use sphere::SphericalCap;
+pub use sphere::{CapAround, SphericalCap};
 pub use triangle::SphericalTriangle;
 
 use penombre_math::{DVec2, DVec3, Vec2, Vec3, float};

@@ -1,6 +1,6 @@
 //! Many directions to a rectangle at once, in single precision, where that is accurate enough.
 
-use penombre_math::{Vec2, Vec3, quick};
+use penombre_math::{DVec3, Vec2, Vec3, quick};
 use std::f32::consts::TAU;
 
 /// A rectangle, prepared.
@@ -10,6 +10,8 @@ pub struct QuickRectangle {
     /// Unit vectors along the sides and across them.
     axes: [Vec3; 3],
     lengths: [f32; 2],
+    /// The first two in double precision, for the points: they lie on the plane but for one rounding.
+    along: [DVec3; 2],
 }
 
 /// Where to look from and which direction to take. Plain arrays, for loops over all.
@@ -84,11 +86,11 @@ impl Directions {
     #[inline]
     pub fn get(&self, rectangle: &QuickRectangle, index: usize) -> Option<QuickDirection> {
         let solid_angle = self.solid_angle[index];
-        let [x, y] = [0, 1].map(|axis| self.shares[axis][index]);
-        let [ax, ay, _] = rectangle.axes;
+        let [x, y] = [0, 1].map(|axis| f64::from(self.shares[axis][index]));
+        let [a, b] = rectangle.along;
         (solid_angle > 0.0).then(|| QuickDirection {
             wi: Vec3::from_array([0, 1, 2].map(|axis| self.wi[axis][index])),
-            point: rectangle.origin + ax * x + ay * y,
+            point: (rectangle.origin.as_dvec3() + a * x + b * y).as_vec3(),
             distance: self.distance[index],
             pdf: 1.0 / solid_angle,
         })
@@ -118,8 +120,10 @@ impl QuickRectangle {
         let (la, lb) = (a.length(), b.length());
         let right = a.dot(b).abs() <= 1e-6 * la * lb;
         let usual = |l: f64| l > 1e-12 && l < 1e12;
-        let axes = [a / la, b / lb, a.cross(b).normalize_or_zero()].map(|v| v.as_vec3());
-        (right && usual(la) && usual(lb)).then_some(Self { origin, axes, lengths: [la as f32, lb as f32] })
+        let along = [a / la, b / lb];
+        let axes = [along[0], along[1], a.cross(b).normalize_or_zero()].map(|v| v.as_vec3());
+        let lengths = [la as f32, lb as f32];
+        (right && usual(la) && usual(lb)).then_some(Self { origin, axes, lengths, along })
     }
 
     /// All directions. Inlined, to be compiled for the caller's instruction set; the loop has no branches.

@@ -7,6 +7,7 @@ use crate::light::sampling::{
 use crate::scene::Scene;
 use penombre_bvh::{Hit, Ray, Triangles};
 use penombre_math::distribution::Distribution1D;
+use penombre_math::rounding::gamma;
 use penombre_math::{Spectrum, Transform, Vec2, Vec3};
 use std::sync::Arc;
 
@@ -84,6 +85,19 @@ enum Place<'a> {
 }
 
 impl ShapeEmitter {
+    /// Centre, radius and outer radiance, if it is a ball that shines evenly, in its place and without holes.
+    pub fn ball(&self, scene: &Scene) -> Option<(Vec3, f32, Spectrum)> {
+        let in_place = scene.shapes.placed[self.placed as usize].to_world.is_none();
+        match (&self.form, self.glow) {
+            (Form::Sphere { center, radius }, Glow::Even([_, outside]))
+                if in_place && scene.cut_outs.is_empty() =>
+            {
+                (!outside.is_black()).then_some((*center, *radius, outside))
+            }
+            _ => None,
+        }
+    }
+
     /// A direction from which its light reaches a point.
     pub fn sample(&self, scene: &Scene, from: Vec3, u: Vec2) -> Option<LightSample> {
         let (direction, outside, place) = match &self.form {
@@ -119,7 +133,31 @@ impl ShapeEmitter {
         let radiance = radiance * self.share_there(scene, from, direction.point, &place);
         // The product underflows for a triangle of little weight that is huge.
         let sound = !radiance.is_black() && direction.pdf > 0.0;
-        sound.then(|| LightSample::of_shape(direction, self.normal(direction.point, &place), radiance))
+        sound.then(|| {
+            let aside = self.aside(scene, &direction, &place);
+            let normal = self.normal(direction.point, &place);
+            LightSample { aside, ..LightSample::of_shape(direction, normal, radiance) }
+        })
+    }
+
+    /// Bound on how far the test of rays may find the surface from a point of it, the rounding of the point's coordinates left
+    /// out: of triangles it works on the corners relative to the ray's origin, each rounded once, with some seven operations
+    /// after it; under a map rays are mapped back, and shapes were mapped with four roundings a coordinate each.
+    fn aside(&self, scene: &Scene, sample: &DirectionSample, place: &Place<'_>) -> f32 {
+        let DirectionSample { point, distance, .. } = *sample;
+        let tested = match place {
+            Place::Triangle(_, corners) => {
+                let extent = corners.iter().map(|c| (*c - point).abs().max_element()).fold(0.0, f32::max);
+                (extent + distance) * gamma(8)
+            }
+            _ => 0.0,
+        };
+        let map = &scene.shapes.placed[self.placed as usize].to_world;
+        let mapped = map.map_or(0.0, |map| {
+            let (_, bound) = map.point_with_error(map.inverse().point(point), Vec3::ZERO);
+            4.0 * (bound.max_element() + distance * gamma(4))
+        });
+        tested + mapped
     }
 
     /// A unit normal at a point.
