@@ -268,12 +268,12 @@ mod tests {
     }
 
     #[test]
-    fn compensated_glass_loses_less_than_a_hundredth() {
+    fn compensated_glass_loses_less_than_three_thousandths() {
         for eta in [1.33, 1.5, 1.0 / 1.5, 1.8, 2.42] {
             for alpha in [0.05, 0.1, 0.2, 0.3, 0.5, 0.7, 0.85, 1.0] {
                 let name = format!("glass {alpha} {eta}");
                 let b = glass([alpha; 2], eta, Masking::Compensated).into();
-                check_energy(&Case { least_energy: 0.99, albedo_error: 0.02, ..Case::new(&name, b) });
+                check_energy(&Case { least_energy: 0.997, albedo_error: 0.02, ..Case::new(&name, b) });
             }
         }
     }
@@ -284,7 +284,11 @@ mod tests {
             for alpha in [[0.05, 1.0], [0.2, 0.3], [1.0, 0.8], [0.02, 0.02], [0.6, 0.6]] {
                 for eta in [1.5, 1.05, 1.2, 1.0 / 3.0, 10.0] {
                     let name = format!("glass {alpha:?} {eta} {masking:?}");
-                    check_energy(&Case::new(&name, glass(alpha, eta, masking).into()));
+                    let case = Case::new(&name, glass(alpha, eta, masking).into());
+                    // What is given back is in all weights, what is lost in one of 10⁴ or 10⁵: it must be met.
+                    let is_rare = masking == Masking::Compensated && alpha == [0.02; 2];
+                    let samples = if is_rare { 400_000 } else { case.samples };
+                    check_energy(&Case { samples, ..case });
                 }
             }
         }
