@@ -1,5 +1,6 @@
 //! Directions to disks.
 
+use super::flat::slack;
 use super::{DirectionSample, DirectionSampler, inside_unit_square, sample_at, unit_circle};
 use penombre_math::{DVec3, Vec2, Vec3};
 use std::f64::consts::{PI, TAU};
@@ -39,7 +40,7 @@ impl SphericalDisk {
         let height = to_center.dot(normal);
         let (h, a) = (height.abs(), f64::from(radius));
         let farthest = to_center.length() + a;
-        if !(a > 0.0 && h > 0.0 && (farthest as f32).is_finite()) {
+        if !(a > 0.0 && h > slack(reference, center.as_dvec3(), normal) && (farthest as f32).is_finite()) {
             return None;
         }
         // In the plane of symmetry: y along the disk towards its centre, z along the normal away from the point.

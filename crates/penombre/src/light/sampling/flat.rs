@@ -31,7 +31,7 @@ impl Sides {
         (reference - self.corner).dot(self.normal)
     }
 
-    /// Seen from a point; `None` if the plane goes through it, or something is too near or far for `f32`.
+    /// Seen from a point; `None` if the plane goes through it but for rounding, or something is too near or far for `f32`.
     #[inline]
     pub fn seen_from(&self, reference: Vec3) -> Option<Flat> {
         let Self { sides, normal, area, squares, .. } = *self;
@@ -41,10 +41,21 @@ impl Sides {
         // The square of a sum of three lengths is at most three times the sum of their squares.
         let limit_square = 4.0 * (corner.length_squared() + squares[0] + squares[1]);
         // False for NaN, too.
-        let sound = height.abs() > 0.0 && (LEAST_SQUARE..=MOST_SQUARE).contains(&limit_square);
+        let sound = height.abs() > slack(reference, self.corner, normal)
+            && (LEAST_SQUARE..=MOST_SQUARE).contains(&limit_square);
         sound.then_some(Flat { reference, corner, sides, normal, area, height, limit_square })
     }
 }
+
+/// How far a point in a plane through `corner` may seem to lie off it by a few roundings of both to `f32`. On which side, it is
+/// by chance: from there a surface does not see itself.
+#[inline]
+pub fn slack(point: DVec3, corner: DVec3, normal: DVec3) -> f64 {
+    (point.abs() + corner.abs()).dot(normal.abs()) * ROUNDINGS
+}
+
+/// Of two roundings each.
+pub const ROUNDINGS: f64 = 1.0 / (1 << 22) as f64;
 
 /// Squares of the least and the largest normal number of single precision.
 const LEAST_SQUARE: f64 = f32::MIN_POSITIVE as f64 * f32::MIN_POSITIVE as f64;

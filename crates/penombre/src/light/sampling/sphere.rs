@@ -1,5 +1,6 @@
 //! Directions to spheres.
 
+use super::flat::ROUNDINGS;
 use super::{DirectionSample, DirectionSampler, inside_unit_square, sample_at, uniform_density, unit_circle};
 use penombre_math::{DVec2, DVec3, Vec2, Vec3};
 use std::f64::consts::TAU;
@@ -32,7 +33,7 @@ impl SphericalCap {
             return None;
         }
         // What a point on the sphere may be off, by a few roundings to `f32`.
-        let slack = (reference.abs().max_element() + radius) * 2f64.powi(-22);
+        let slack = (reference.abs().max_element() + radius) * ROUNDINGS;
         let is_inside = distance <= radius + slack;
         let less_cosine = if !is_inside {
             let sine = radius / distance;
