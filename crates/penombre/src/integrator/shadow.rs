@@ -4,7 +4,7 @@ use crate::light::{AnyLight, LightSample};
 use crate::sampler::{self, Series};
 use crate::scene::{Departure, Scene};
 use penombre_bvh::Ray;
-use penombre_math::rounding::{gamma, offset_origin};
+use penombre_math::rounding::gamma;
 use penombre_math::{Vec2, Vec3};
 use penombre_sys::{Vectorizable, vectorize};
 
@@ -40,11 +40,12 @@ pub fn shadow_ray_to(origin: Vec3, light: &LightSample) -> Ray {
 /// With the end e and the exact way e − o, the direction is d = (e − o)(1 + δ) per axis, |δ| ≤ u, the unit roundoff. The
 /// surface, n·(x − p) = 0, is met at t < 1 only if n·(e − p) ≤ n·(e − o − t·d) ≤ u·|n|·|e − o|, since n·d < 0; hits are
 /// computed in double precision and rounded once, which does not take them below 1. So e has to stand off by the error of
-/// p and u·|e − o|; twice that covers the roundings of the bound itself (\[PBRT4\], 6.8.6).
+/// p, u·|e − o|, and u·|e| for the rounding of e; twice that covers the roundings of the bound itself (\[PBRT4\], 6.8.6).
 #[inline(always)]
 pub fn ray_before(origin: Vec3, p: Vec3, p_error: Vec3, normal: Vec3) -> Ray {
     let back = origin - p;
-    let end = offset_origin(p, p_error + back.abs() * gamma(2), normal, back);
+    let distance = normal.abs().dot(p_error + (back.abs() + p.abs()) * gamma(2));
+    let end = p + normal * distance.copysign(back.dot(normal));
     Ray::new(origin, end - origin, 0.0, 1.0)
 }
 

@@ -18,12 +18,15 @@ pub struct SurfacePoint {
     pub ng: Vec3,
     /// Shading normal, unit.
     pub ns: Vec3,
-    /// From the geometry to `p`, if `p` was moved to the smooth surface that flat triangles stand for, metres.
-    pub rise: Vec3,
+    /// How far `p` lies before the geometry, along `wo`, if it was moved to the smooth surface that flat triangles stand for,
+    /// metres.
+    pub rise: f32,
     /// How far the smooth surface that the shading normals tell of may lie beyond `p`, along `ns` and against it, metres.
     pub bulge: [f32; 2],
     /// Toward where the ray came from, unit.
     pub wo: Vec3,
+    /// True if that is the outside.
+    pub is_outside: bool,
     /// Surface coordinates.
     pub uv: Vec2,
     /// Interpolated vertex colour; white where there is none.
@@ -44,7 +47,7 @@ impl SurfacePoint {
     /// True if the ray came from the outside.
     #[inline]
     pub fn outside(&self) -> bool {
-        self.ng.dot(self.wo) >= 0.0
+        self.is_outside
     }
 
     /// The shading normal turned to the side from which the ray came.
@@ -70,9 +73,10 @@ impl SurfacePoint {
     /// Origin for a ray that leaves in direction `dir` (any length) without meeting this spot again.
     #[inline]
     pub fn origin_toward(&self, dir: Vec3) -> Vec3 {
-        let goes_back = self.rise.dot(self.ng) * dir.dot(self.ng) < 0.0;
-        let p = if goes_back { self.p - self.rise } else { self.p };
-        offset_origin(p, self.p_error, self.ng, dir)
+        if self.rise > 0.0 && dir.dot(self.ng) * self.wo.dot(self.ng) < 0.0 {
+            return offset_origin(self.p - self.wo * self.rise, self.p_error, self.ng, dir);
+        }
+        offset_origin(self.p, self.p_error, self.ng, dir)
     }
 
     /// Origin for a ray that leaves in direction `dir` (any length) to the side of both normals. `None` if they disagree:
@@ -142,7 +146,7 @@ impl Scene {
         self.surface_of(ray, hit, true)
     }
 
-    #[inline]
+    #[inline(always)]
     fn surface_of(&self, ray: &Ray, hit: &Hit, smooth: bool) -> Option<SurfacePoint> {
         if !hit.is_hit() {
             return None;
@@ -163,8 +167,9 @@ impl Scene {
             at.ns = map.normal(at.ns).normalize_or(at.ng);
             let scale = raised.dot(at.ns).abs();
             at.bulge = at.bulge.map(|b| b * scale);
-            at.rise = map.vector(at.rise);
+            at.rise *= map.vector(local.dir).length() / local.dir.length();
         }
+        let wo = -ray.dir.normalize();
         Some(SurfacePoint {
             p: at.p,
             p_error: at.p_error,
@@ -172,7 +177,8 @@ impl Scene {
             ns: at.ns,
             rise: at.rise,
             bulge: at.bulge,
-            wo: -ray.dir.normalize(),
+            wo,
+            is_outside: at.ng.dot(wo) >= 0.0,
             uv: at.uv,
             color: at.color,
             material,

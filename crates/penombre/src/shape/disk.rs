@@ -90,7 +90,7 @@ impl Shape for Disk {
             p_error,
             ng: self.frame.z,
             ns: self.frame.z,
-            rise: Vec3::ZERO,
+            rise: 0.0,
             bulge: [0.0; 2],
             uv: Vec2::new(u, v),
             color: Spectrum::WHITE,

@@ -28,8 +28,8 @@ pub struct ShapePoint {
     pub ng: Vec3,
     /// Shading normal, unit; on the side of `ng`'s surface that the file says.
     pub ns: Vec3,
-    /// From the geometry to `p`, which lies before it if [`Shape::smooth`] moved it to the smooth surface.
-    pub rise: Vec3,
+    /// How far `p` lies before the geometry on the ray, if [`Shape::smooth`] moved it to the smooth surface, metres.
+    pub rise: f32,
     /// How far the smooth surface that the shading normals tell of may lie beyond `p`, along `ns` and against it, metres.
     pub bulge: [f32; 2],
     /// Surface coordinates.

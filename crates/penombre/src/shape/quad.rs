@@ -99,7 +99,7 @@ impl Shape for Quad {
             p_error,
             ng: self.normal,
             ns: self.normal,
-            rise: Vec3::ZERO,
+            rise: 0.0,
             bulge: [0.0; 2],
             uv: Vec2::new(hit.u, hit.v),
             color: Spectrum::WHITE,

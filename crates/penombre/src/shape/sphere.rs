@@ -81,7 +81,7 @@ impl Shape for Sphere {
             p_error,
             ng: normal,
             ns: normal,
-            rise: Vec3::ZERO,
+            rise: 0.0,
             bulge: [0.0; 2],
             uv: coordinates(object.as_vec3()),
             color: Spectrum::WHITE,

@@ -31,7 +31,7 @@ use penombre_scene::{Kind, Node, ParamDefault, ParamSpec, Range, Role};
 use penombre_sys::{Vectorizable, vectorize};
 
 /// Survival by Russian roulette is no more probable than this, so that paths between white walls end.
-const MOST_SURVIVAL: f32 = 0.95;
+const MOST_SURVIVAL: f32 = 0.99;
 
 /// The path tracer.
 #[derive(Clone, Debug, PartialEq)]

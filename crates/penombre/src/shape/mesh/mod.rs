@@ -134,7 +134,7 @@ impl Shape for Mesh {
             p_error: rounding + Vec3::splat(test_error(corners, p)),
             ng,
             ns,
-            rise: Vec3::ZERO,
+            rise: 0.0,
             bulge: [0.0; 2],
             uv,
             color: self.color(triangle, weights),

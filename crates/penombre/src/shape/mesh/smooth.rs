@@ -44,9 +44,9 @@ impl Patch {
         let Some((reach, slope)) = self.reach(along, (normal, face), height.abs()) else { return };
         let turned = mix(self.normals, add(weights, slope.map(|d| d * reach))).normalize_or(at.ns);
         if is_seen {
-            at.rise = along * reach;
-            at.p += at.rise;
-            at.p_error += (at.p.abs() + at.rise.abs()) * gamma(2);
+            at.rise = reach;
+            at.p += along * reach;
+            at.p_error += (at.p.abs() + Vec3::splat(reach)) * gamma(3);
             let here = usize::from(height < 0.0);
             at.bulge[here] = (at.bulge[here] - height.abs()).max(0.0);
         }
