@@ -46,12 +46,18 @@ pub enum Command {
     Diff(DiffArgs),
     /// Follow the path of one sample of one pixel.
     Trace(TraceArgs),
+    /// Print the scene format as a JSON Schema, for editors.
+    Schema,
+    /// Print completions for a shell.
+    Completions(CompletionsArgs),
+    /// Print the manual page, to be read with `man -l -`.
+    Man,
 }
 
 /// A scene and what the command line changes of it.
 #[derive(Debug, Args)]
 pub struct SceneArgs {
-    /// A scene file (.toml), a mesh (.obj, .off), or a built-in: sphere, square, cornell, sphere-as-given,
+    /// A scene file (.toml, .json), a mesh (.obj, .off), or a built-in: sphere, square, cornell, sphere-as-given,
     /// cornell-as-given.
     pub scene: String,
     /// Override a parameter of the scene, e.g. `camera.fov=40` or `material.red.diffuse=[1,0,0]`; repeatable.
@@ -90,6 +96,13 @@ pub struct SceneArgs {
     /// Send rays through the centres of pixels.
     #[arg(long)]
     pub disable_pixel_jitter: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct CompletionsArgs {
+    /// bash, elvish, fish, powershell or zsh.
+    #[arg(value_name = "SHELL")]
+    pub shell: clap_complete::Shell,
 }
 
 #[derive(Debug, Args)]

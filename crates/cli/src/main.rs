@@ -16,6 +16,8 @@ mod progress;
 mod render;
 mod report;
 mod scene;
+mod schema;
+mod shell;
 mod statistics;
 mod terminal;
 mod trace;
@@ -74,6 +76,9 @@ fn main() -> ExitCode {
         Command::Check(args) => check::run(args, &cli.verbosity),
         Command::Diff(args) => diff::run(args, &cli.verbosity),
         Command::Trace(args) => trace::run(args),
+        Command::Schema => schema::run(),
+        Command::Completions(args) => shell::completions(args.shell),
+        Command::Man => shell::man(),
     }));
     let code = ended.map_or(1, Exit::code);
     // A result that could not be written is no success.

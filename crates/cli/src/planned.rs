@@ -18,10 +18,7 @@ const PLANNED: &[&str] = &[
     "convert",
     "merge",
     "bench",
-    "schema",
     "submit",
-    "completions",
-    "man",
 ];
 
 /// Prints what clap says of the command line, or that the thing is not built yet. Help and version are no faults.

@@ -9,11 +9,13 @@ use crate::auto;
 use crate::builtin;
 use crate::description::SceneDescription;
 use crate::diagnostic::Diagnostics;
+use crate::json::read_json;
+use crate::native::Include;
 use crate::readers::Folders;
 use crate::set;
 use crate::span::{FileId, Sources, Span};
 use crate::suggest::{help_for, nearest_file};
-use crate::toml::{Include, read_toml};
+use crate::toml::read_toml;
 use kind::{Content, FileKind};
 use std::path::{Path, PathBuf};
 
@@ -176,7 +178,7 @@ impl Loader {
         bytes.ok()
     }
 
-    /// Reads a scene file with all that it includes; `at` is the place that includes it. False if it is no TOML.
+    /// Reads a scene file with all that it includes; `at` is the place that includes it. False if it is neither TOML nor JSON.
     fn scene(&mut self, path: &Path, name: &str, bytes: &[u8], at: Span) -> bool {
         let text = match std::str::from_utf8(bytes) {
             Ok(text) => text.to_owned(),
@@ -189,7 +191,9 @@ impl Loader {
         self.done.push(canonical.clone());
         self.chain.push((canonical, name.to_owned()));
         let file = self.loaded.sources.add(path, name, text.as_str());
-        let scene = read_toml(&text, file, &mut self.loaded.diagnostics);
+        let is_json = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("json"));
+        let read = if is_json { read_json } else { read_toml };
+        let scene = read(&text, file, &mut self.loaded.diagnostics);
         let mut readable = scene.readable;
         if self.chain.len() > LONGEST_CHAIN && !scene.includes.is_empty() {
             let message =

@@ -6,9 +6,10 @@
 
 use crate::description::{Node, NodeId, Param, Role, SceneDescription, Value, ValueKind};
 use crate::diagnostic::Diagnostics;
+use crate::native::has_type;
 use crate::span::{FileId, Span};
 use crate::suggest::help_for;
-use crate::toml::{has_type, read_key_path, read_value};
+use crate::toml::{read_key_path, read_value};
 
 /// How messages call the text of an argument.
 pub const SOURCE_NAME: &str = "--set argument";

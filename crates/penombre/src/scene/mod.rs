@@ -24,6 +24,7 @@ use specular::SpecularSpheres;
 use std::sync::Arc;
 
 pub use crate::registry::Named;
+pub use build::INSTANCE_SCHEMA;
 pub use emitters::NO_EMITTER;
 pub use hierarchy::Hierarchy;
 pub use light_samples::LightSamples;

@@ -5,7 +5,7 @@ use std::path::Path;
 /// What the loader can do with a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Content {
-    /// A scene in TOML.
+    /// A scene in TOML, or in JSON if its name says so.
     Scene,
     /// A mesh.
     Mesh,
@@ -27,7 +27,7 @@ pub struct Unreadable {
 }
 
 /// The formats that are read.
-pub const KNOWN: &str = "scenes are read from .toml, meshes from .obj and .off";
+pub const KNOWN: &str = "scenes are read from .toml and .json, meshes from .obj and .off";
 
 /// First bytes that tell what a file is.
 const MAGIC: [(&[u8], &str); 16] = [
@@ -50,14 +50,13 @@ const MAGIC: [(&[u8], &str); 16] = [
 ];
 
 /// Formats that this version does not read, by ending.
-const NOT_YET: [(&str, &str); 12] = [
+const NOT_YET: [(&str, &str); 11] = [
     ("ply", "a PLY mesh"),
     ("stl", "an STL mesh"),
     ("gltf", "a glTF scene"),
     ("glb", "a binary glTF scene"),
     ("pbrt", "a pbrt scene"),
     ("xml", "a Mitsuba scene"),
-    ("json", "a scene in JSON"),
     ("usd", "a USD scene"),
     ("usda", "a USD scene"),
     ("usdz", "a USD scene"),
@@ -91,7 +90,7 @@ pub fn of_file(path: &Path, bytes: &[u8]) -> Result<FileKind, Unreadable> {
         _ if bytes.iter().all(u8::is_ascii_whitespace) => {
             Err(unreadable("is empty, expected a scene or mesh".to_owned(), KNOWN))
         }
-        "toml" => kind(Content::Scene),
+        "toml" | "json" => kind(Content::Scene),
         _ => guess(bytes),
     }
 }

@@ -154,7 +154,6 @@ fn other_kinds_of_files_are_called_by_their_name() {
     assert!(
         message("a.ply").starts_with("error: `a.ply` is a PLY mesh, which is not read by this version\n")
     );
-    assert!(message("a.JSON").contains("is a scene in JSON, which is not read"));
     assert!(message("empty.toml").contains("is empty"));
     assert!(message("mesh").contains("looks like an OFF mesh") && message("mesh").contains(".off"));
     assert!(message("mesh2").contains("looks like an OBJ mesh"));

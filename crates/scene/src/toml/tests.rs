@@ -1,13 +1,15 @@
 use super::*;
 use crate::builtin::{NAMES, builtin};
-use crate::description::{Node, Param, Value, ValueKind};
+use crate::description::{Node, Param, Role, SceneDescription, Value, ValueKind};
 use crate::diagnostic::Diagnostics;
+use crate::native::NativeScene;
 use crate::span::Sources;
+use crate::span::Span;
 use proptest::prelude::*;
 use std::path::Path;
 
 /// Reads a text; the scene and its faults as `line:column message | help`.
-fn read(text: &str) -> (TomlScene, Vec<String>) {
+fn read(text: &str) -> (NativeScene, Vec<String>) {
     let (mut sources, mut out) = (Sources::default(), Diagnostics::default());
     let file = sources.add(Path::new("a.toml"), "a.toml", text);
     let scene = read_toml(text, file, &mut out);
@@ -26,7 +28,7 @@ fn good(text: &str) -> SceneDescription {
 }
 
 /// Every fault must start with the given place and contain the words after it.
-fn bad(text: &str, expected: &[(&str, &str)]) -> TomlScene {
+fn bad(text: &str, expected: &[(&str, &str)]) -> NativeScene {
     let (scene, faults) = read(text);
     assert_eq!(faults.len(), expected.len(), "{faults:#?}");
     for (fault, (place, words)) in faults.iter().zip(expected) {

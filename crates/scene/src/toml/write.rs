@@ -1,7 +1,7 @@
 //! From nodes to a TOML text.
 
-use super::{FORMAT_VERSION, has_type};
 use crate::description::{Node, Param, Role, SceneDescription, Value, ValueKind};
+use crate::native::{FORMAT_VERSION, has_type};
 use std::fmt::Write;
 
 /// Longest line before a list is broken into one entry a line.

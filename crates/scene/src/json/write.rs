@@ -1,0 +1,81 @@
+//! From nodes to a JSON text.
+
+use crate::description::{Node, Param, Role, SceneDescription, Value, ValueKind};
+use crate::native::{FORMAT_VERSION, has_type};
+
+/// Longest line before an object or list is broken into one entry a line.
+const WIDTH: usize = 100;
+
+/// Writes a scene as JSON: roles in a fixed order, the nodes of each in theirs.
+/// Numbers are written with as many digits as bring the same value back; the same scene gives the same text.
+pub fn write_json(scene: &SceneDescription) -> String {
+    let mut entries = vec![("penombre".to_owned(), FORMAT_VERSION.to_string())];
+    for role in Role::ALL {
+        let nodes: Vec<&Node> = scene.iter().map(|(_, node)| node).filter(|node| node.role == role).collect();
+        let texts = nodes.iter().map(|node| (node.name.clone(), of_node(node)));
+        match (role, nodes.first()) {
+            (_, None) => {}
+            (Role::Render, Some(node)) => entries.push((role.name().to_owned(), of_node(node))),
+            _ => entries.push((role.name().to_owned(), object(texts, 1))),
+        }
+    }
+    object(entries.into_iter(), 0) + "\n"
+}
+
+fn of_node(node: &Node) -> String {
+    let depth = if node.role == Role::Render { 1 } else { 2 };
+    let own = has_type(node.role).then(|| ("type".to_owned(), text(&node.type_name)));
+    let params = node.params.iter().map(|p| (p.name.clone(), value(&p.value, depth + 1)));
+    object(own.into_iter().chain(params), depth)
+}
+
+/// An object with one entry a line.
+fn object(entries: impl Iterator<Item = (String, String)>, depth: usize) -> String {
+    let lines: Vec<String> =
+        entries.map(|(key, value)| format!("{}{}: {value}", indent(depth + 1), text(&key))).collect();
+    if lines.is_empty() { "{}".to_owned() } else { format!("{{\n{}\n{}}}", lines.join(",\n"), indent(depth)) }
+}
+
+fn indent(depth: usize) -> String {
+    "  ".repeat(depth)
+}
+
+/// A value on one line, or a list with one entry a line if that is too long.
+fn value(of: &Value, depth: usize) -> String {
+    let line = inline(of);
+    match &of.kind {
+        ValueKind::Array(list) if line.len() > WIDTH => {
+            let lines: Vec<String> = list.iter().map(|v| indent(depth + 1) + &inline(v)).collect();
+            format!("[\n{}\n{}]", lines.join(",\n"), indent(depth))
+        }
+        _ => line,
+    }
+}
+
+fn inline(value: &Value) -> String {
+    match &value.kind {
+        ValueKind::Bool(b) => b.to_string(),
+        ValueKind::Int(i) => i.to_string(),
+        ValueKind::Float(v) => float(*v),
+        ValueKind::String(s) => text(s),
+        ValueKind::Array(list) => format!("[{}]", list.iter().map(inline).collect::<Vec<_>>().join(", ")),
+        ValueKind::Table(entries) => {
+            let entry = |p: &Param| format!("{}: {}", text(&p.name), inline(&p.value));
+            format!("{{{}}}", entries.iter().map(entry).collect::<Vec<_>>().join(", "))
+        }
+    }
+}
+
+fn float(v: f64) -> String {
+    match v {
+        // No scene has one: a parameter that is NaN is a fault.
+        v if v.is_nan() => "0.0".to_owned(),
+        f64::INFINITY => "Infinity".to_owned(),
+        f64::NEG_INFINITY => "-Infinity".to_owned(),
+        v => format!("{v:?}"),
+    }
+}
+
+fn text(s: &str) -> String {
+    serde_json::Value::from(s).to_string()
+}
