@@ -1,8 +1,9 @@
-//! Project tasks: `cargo xtask test [--slow] | fmt [--check] | tidy | gallery | bench [NAME] | help`.
+//! Project tasks: `cargo xtask test [--slow] | fmt [--check] | tidy | gallery | contact-sheet DIR | bench [NAME] | help`.
 #![forbid(unsafe_code)]
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a command of the workshop talks to a person")]
 
 mod bench;
+mod contact_sheet;
 mod format;
 mod gallery;
 mod json;
@@ -21,6 +22,7 @@ cargo xtask TASK
   fmt [--check]    rustfmt over every source file, also those that `cargo fmt` does not find
   tidy             house rules: crate and room graph, lengths, forbidden calls, citations
   gallery          renders the pictures of the README into docs/images/
+  contact-sheet DIR  draws all meshes, scenes and images below a folder into target/contact-sheet/sheet.png
   bench [NAME]     figures on this machine: kernels, cornell (default: both); agree: where the kernels and Embree differ,
                    who is right; scale: from 10^3 to 10^7 triangles, and 10^6 instances; window: how soon it shows input.
                    kernels and agree take options: --only NAME-PART of a built-in mesh, --mesh FILE (OBJ or OFF,
@@ -45,6 +47,7 @@ fn main() -> ExitCode {
         ["fmt", "--check"] => format::run(true),
         ["tidy"] => tidy::run(),
         ["gallery"] => gallery::run(),
+        ["contact-sheet", folder] => contact_sheet::run(folder),
         ["bench"] => bench::run(None, &[]),
         ["bench", name, options @ ..] => bench::run(Some(name), options),
         [] | ["help" | "--help" | "-h"] => {
