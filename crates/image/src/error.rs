@@ -32,7 +32,8 @@ pub enum ImageErrorKind {
     },
     /// The first bytes are those of no known format.
     #[error(
-        "byte 0: found {found}, expected the start of a PNG, JPEG, PPM/PGM/PBM, PFM, OpenEXR or Radiance file"
+        "byte 0: found {found}, expected the start of a PNG, JPEG, PPM/PGM/PBM, PFM, OpenEXR, Radiance, TGA, BMP, WebP or \
+         GIF file"
     )]
     UnknownContent {
         /// The first bytes, readable.

@@ -4,7 +4,7 @@ mod layered;
 
 pub use layered::{decode_layers, encode_layers};
 
-use super::{Result, Source, Transfer, finish, room};
+use super::{Result, Source, Transfer, finish, zeroed};
 use crate::error::ImageErrorKind;
 use crate::format::Format;
 use crate::image::Image;
@@ -199,8 +199,7 @@ fn decode_from(
     let header = reader.headers()[choice.layer].clone();
     let size = check_layer(&source, &header).map_err(Fault::Ours)?;
     let channels = choice.channels.len() as u32;
-    let mut samples = room(size.0, size.1, channels).map_err(Fault::Ours)?;
-    samples.resize(size.0 as usize * size.1 as usize * channels as usize, 0.0);
+    let mut samples = zeroed::<f32>(size.0, size.1, channels).map_err(Fault::Ours)?;
     let mut chunks = reader.filter_chunks(false, |_, tile, block| {
         block.layer == choice.layer && tile.is_largest_resolution_level()
     })?;

@@ -1,6 +1,6 @@
 //! JPEG: quality 95 out; grey and colour in.
 
-use super::{Result, Source, Transfer, finish, linearise, room};
+use super::{Result, Source, Transfer, finish, linearise, room, zeroed};
 use crate::error::ImageErrorKind;
 use crate::format::Format;
 use crate::image::Image;
@@ -63,7 +63,7 @@ pub fn decode(bytes: &[u8], space: ColorSpace) -> Result<Decoded> {
     require_end(bytes)?;
     let (out, channels) = if grey { (JpegColors::Luma, 1) } else { (JpegColors::RGB, 3) };
     decoder.set_options(options.jpeg_set_out_colorspace(out));
-    let mut buffer = vec![0; width as usize * height as usize * channels as usize];
+    let mut buffer = zeroed::<u8>(width, height, channels)?;
     if let Err(error) = decoder.decode_into(&mut buffer) {
         drop(decoder);
         return Err(fault(&cursor, Some(&error)));

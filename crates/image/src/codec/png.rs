@@ -1,11 +1,11 @@
-//! PNG: 8-bit colour out; every depth and colour type in.
+//! PNG: 8-bit colour, and alpha, out; every depth and colour type in.
 
-use super::{Result, Source, Transfer, finish, linearise, room};
+use super::{Result, Source, Transfer, eight_bit, finish, linearise, room, zeroed};
 use crate::error::ImageErrorKind;
 use crate::format::Format;
 use crate::image::Image;
 use crate::io::{ColorSpace, Decoded, WriteOptions};
-use crate::tone::{ToneCurve, quantise};
+use crate::tone::ToneCurve;
 use ::png::{BitDepth, ColorType, Decoder, DecodingError, Encoder, EncodingError, Info, Transformations};
 use std::io::{Cursor, Write};
 
@@ -16,8 +16,9 @@ const PIXELS_PER_BYTE: u64 = 1040 * 8;
 const MAX_TEXT: usize = 1 << 20;
 
 pub fn encode(image: &Image, options: &WriteOptions, w: &mut dyn Write) -> Result<()> {
-    let bytes = quantise(image, options.tone, options.exposure);
-    encode_bytes(image, &bytes, options, w).map_err(|error| match error {
+    let (bytes, channels) = eight_bit(image, options);
+    let color = if channels == 4 { ColorType::Rgba } else { ColorType::Rgb };
+    encode_bytes(image, color, &bytes, options, w).map_err(|error| match error {
         EncodingError::IoError(e) => ImageErrorKind::Io(e),
         other => ImageErrorKind::NotWritable { format: Format::Png, reason: other.to_string() },
     })
@@ -25,12 +26,13 @@ pub fn encode(image: &Image, options: &WriteOptions, w: &mut dyn Write) -> Resul
 
 fn encode_bytes(
     image: &Image,
+    color: ColorType,
     bytes: &[u8],
     options: &WriteOptions,
     w: &mut dyn Write,
 ) -> std::result::Result<(), EncodingError> {
     let mut encoder = Encoder::new(w, image.width(), image.height());
-    encoder.set_color(ColorType::Rgb);
+    encoder.set_color(color);
     encoder.set_depth(BitDepth::Eight);
     if options.tone != ToneCurve::Raw {
         encoder.set_source_srgb(::png::SrgbRenderingIntent::Perceptual);
@@ -98,16 +100,12 @@ fn decode_from(
     let mut reader = decoder.read_info()?;
     let (color, depth) = reader.output_color_type();
     let channels = color.samples() as u32;
-    let mut samples = room(width, height, channels).map_err(Fault::Ours)?;
-    let out_of_memory =
-        || Fault::Ours(ImageErrorKind::OutOfMemory { width: width.into(), height: height.into() });
-    let length = reader.output_buffer_size().ok_or_else(out_of_memory)?;
-    let mut buffer = Vec::new();
-    buffer.try_reserve_exact(length).map_err(|_| out_of_memory())?;
-    buffer.resize(length, 0);
+    let sample = if depth == BitDepth::Sixteen { 2 } else { 1 };
+    let mut buffer = zeroed::<u8>(width, height, channels * sample).map_err(Fault::Ours)?;
     let used = reader.next_frame(&mut buffer)?.buffer_size();
     reader.finish()?;
     let transfer = Transfer::of(space, own_transfer(reader.info()));
+    let mut samples = room(width, height, channels).map_err(Fault::Ours)?;
     match depth {
         BitDepth::Sixteen => {
             let codes = buffer[..used].as_chunks::<2>().0.iter().map(|pair| u16::from_be_bytes(*pair));
