@@ -139,9 +139,11 @@ pub(crate) fn read(path: &Path) -> Result<Vec<u8>, ImageError> {
     // The first bytes decide: what is no image (a device without end, a film) is not read to its end.
     let mut bytes = Vec::new();
     Read::by_ref(&mut file).take(HEAD).read_to_end(&mut bytes).map_err(|e| fail(ImageErrorKind::Io(e)))?;
-    if Format::from_content(&bytes).is_none() {
-        // What is called TGA and has no header of one gets the TGA reader's word on it.
-        return Err(decode(&bytes, path, ColorSpace::Auto).err().unwrap_or_else(|| unknown(&bytes, path)));
+    // What is only called TGA must be a file at least.
+    let known = Format::from_content(&bytes).is_some()
+        || Format::of_file(&bytes, path).is_some() && file.metadata().is_ok_and(|m| m.is_file());
+    if !known {
+        return Err(unknown(&bytes, path));
     }
     file.take(MAX_FILE).read_to_end(&mut bytes).map_err(|e| fail(ImageErrorKind::Io(e)))?;
     Ok(bytes)

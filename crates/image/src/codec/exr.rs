@@ -16,6 +16,7 @@ use ::exr::image::{AnyChannel, AnyChannels, Encoding, FlatSamples, Layer};
 use ::exr::meta::attribute::{AttributeValue, SampleType, Text};
 use ::exr::meta::header::{Header, LayerAttributes, standard_names};
 use ::exr::prelude::{SmallVec, WritableImage, f16};
+use penombre_math::color::luminance;
 use std::io::{Cursor, Write};
 
 /// ZIP makes at best 1032 bytes of one; the smallest sample has two.
@@ -108,6 +109,8 @@ fn sort_attributes(file: &mut [u8]) {
 struct Choice {
     layer: usize,
     channels: Vec<usize>,
+    /// The colours are luminance and two chromas, not red, green and blue.
+    chroma: bool,
 }
 
 /// What the decoding library says, or what we do.
@@ -207,6 +210,9 @@ fn decode_from(
         let block = UncompressedBlock::decompress_chunk(chunk?, chunks.meta_data(), false)?;
         read_block(&block, &header, &choice, size.0 as usize, &mut samples)?;
     }
+    if choice.chroma {
+        to_rgb(&mut samples, channels);
+    }
     let transfer = Transfer::of(space, Transfer::Linear);
     transfer.apply_to_colors(&mut samples, channels);
     let mut decoded = finish(Format::Exr, size, channels, samples, transfer != Transfer::Linear);
@@ -262,15 +268,28 @@ fn read_line<'a>(
     Ok(())
 }
 
-/// The first flat layer with R, G, B (and A), else the first with Y (and A), else the same with a common prefix such
+/// Luminance, (R − Y) / Y and (B − Y) / Y \[OpenEXR\].
+const CHROMA: [&str; 3] = ["Y", "RY", "BY"];
+
+/// Makes red, green and blue of luminance and chroma, Rec. 709, in place.
+fn to_rgb(samples: &mut [f32], channels: u32) {
+    for pixel in samples.chunks_exact_mut(channels as usize) {
+        let [y, ry, by] = [pixel[0], pixel[1], pixel[2]];
+        let (r, b) = ((ry + 1.0) * y, (by + 1.0) * y);
+        let [wr, wg, wb] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(luminance);
+        pixel[..3].copy_from_slice(&[r, (y - wr * r - wb * b) / wg, b]);
+    }
+}
+
+/// The first flat layer with R, G, B (and A), else the first with Y, RY, BY, else with Y (and A), else the same with a common prefix such
 /// as `diffuse.`.
 fn choose(headers: &[Header]) -> Option<Choice> {
-    let wanted: [&[&str]; 2] = [&["R", "G", "B"], &["Y"]];
+    let wanted: [&[&str]; 3] = [&["R", "G", "B"], &CHROMA, &["Y"]];
     let flat = || headers.iter().enumerate().filter(|(_, h)| !h.deep);
     for colors in wanted {
         for (layer, header) in flat() {
             if let Some(channels) = find_channels(header, "", colors) {
-                return Some(Choice { layer, channels });
+                return Some(Choice { layer, channels, chroma: colors == CHROMA });
             }
         }
     }
@@ -282,7 +301,7 @@ fn choose(headers: &[Header]) -> Option<Choice> {
                     continue;
                 };
                 if let Some(channels) = find_channels(header, prefix, colors) {
-                    return Some(Choice { layer, channels });
+                    return Some(Choice { layer, channels, chroma: colors == CHROMA });
                 }
             }
         }
