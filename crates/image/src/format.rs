@@ -35,8 +35,8 @@ pub enum Format {
 impl Format {
     /// The extensions [`from_path`](Self::from_path) knows: those of the formats that are written.
     pub const EXTENSIONS: &'static [&'static str] = &[
-        ".png", ".jpg", ".jpeg", ".ppm", ".pnm", ".pgm", ".pbm", ".pfm", ".exr", ".hdr", ".pic", ".tga", ".bmp",
-        ".webp",
+        ".png", ".jpg", ".jpeg", ".ppm", ".pnm", ".pgm", ".pbm", ".pfm", ".exr", ".hdr", ".pic", ".tga",
+        ".bmp", ".webp",
     ];
 
     /// The format in which a file of this name is written: its extension, in either case, says so.

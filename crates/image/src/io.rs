@@ -132,6 +132,15 @@ pub fn load(path: &Path) -> Result<Image, ImageError> {
     decode(&read(path)?, path, ColorSpace::Auto).map(|d| d.image)
 }
 
+/// Reads an image file with its texts, as [`decode`] does.
+///
+/// # Errors
+///
+/// A failure of the file system, or what [`decode`] finds wrong.
+pub fn load_as(path: &Path, space: ColorSpace) -> Result<Decoded, ImageError> {
+    decode(&read(path)?, path, space)
+}
+
 /// The bytes of an image file.
 pub(crate) fn read(path: &Path) -> Result<Vec<u8>, ImageError> {
     let fail = |kind| ImageError::new(path, kind);

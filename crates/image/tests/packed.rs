@@ -108,8 +108,14 @@ fn faults_of_tga_are_placed() {
         (tga(2, 24, 0xe0, None, &three), "byte 17: found interleaved rows"),
         (tga(5, 24, 0x20, None, &three), "byte 2: found kind 5"),
         (tga(2, 23, 0x20, None, &three), "byte 16: found 23 bits"),
-        (tga(10, 24, 0x20, None, &[0x84, 0, 0, 0]), "byte 21: found a packet of 5 pixels, expected at most 4"),
-        (tga(1, 8, 0x20, Some((24, &three)), &[5, 8, 5, 5]), "byte 31: found colour 8, expected colours 5 to below 8"),
+        (
+            tga(10, 24, 0x20, None, &[0x84, 0, 0, 0]),
+            "byte 21: found a packet of 5 pixels, expected at most 4",
+        ),
+        (
+            tga(1, 8, 0x20, Some((24, &three)), &[5, 8, 5, 5]),
+            "byte 31: found colour 8, expected colours 5 to below 8",
+        ),
         (b"\xff\0\x0a".to_vec(), "18 bytes of the header"),
         (Vec::new(), "18 bytes of the header"),
     ] {

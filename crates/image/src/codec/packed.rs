@@ -30,8 +30,7 @@ const WEBP_PIXELS_PER_BYTE: u64 = 1 << 14;
 pub fn encode_bmp(image: &Image, options: &WriteOptions, w: &mut dyn Write) -> Result<()> {
     let (bytes, channels) = eight_bit(image, options);
     let mut file = Vec::new();
-    let written =
-        BmpEncoder::new(&mut file).encode(&bytes, image.width(), image.height(), kind_of(channels));
+    let written = BmpEncoder::new(&mut file).encode(&bytes, image.width(), image.height(), kind_of(channels));
     written.map_err(|e| unwritable(Format::Bmp, &e))?;
     w.write_all(&file)?;
     Ok(())
@@ -62,7 +61,8 @@ fn unwritable(format: Format, error: &ImageError) -> ImageErrorKind {
 pub fn decode_bmp(bytes: &[u8], space: ColorSpace) -> Result<Decoded> {
     // The size stands at byte 18, in words in the oldest files; rows from the top have a negative height.
     let mut source = Source { format: Format::Bmp, bytes, at: 14 };
-    let header = u32::from_le_bytes(*source.take(4, "the length of the header")?.first_chunk().unwrap_or(&[0; 4]));
+    let header =
+        u32::from_le_bytes(*source.take(4, "the length of the header")?.first_chunk().unwrap_or(&[0; 4]));
     let [width, height] = if header == 12 {
         let h = source.take(4, "the size")?;
         [[h[0], h[1]], [h[2], h[3]]].map(|n| u64::from(u16::from_le_bytes(n)))
@@ -92,13 +92,7 @@ fn check_size(source: &Source<'_>, [width, height]: [u64; 2], pixels_per_byte: u
 /// A decoder of the library that has read the header.
 type Open = for<'c> fn(&'c mut Cursor<&[u8]>) -> ImageResult<Box<dyn ImageDecoder + 'c>>;
 
-fn run(
-    format: Format,
-    bytes: &[u8],
-    space: ColorSpace,
-    pixels_per_byte: u64,
-    open: Open,
-) -> Result<Decoded> {
+fn run(format: Format, bytes: &[u8], space: ColorSpace, pixels_per_byte: u64, open: Open) -> Result<Decoded> {
     let mut cursor = Cursor::new(bytes);
     let decoded = open(&mut cursor).map_err(Fault::Library).and_then(|mut decoder| {
         let (width, height) = decoder.dimensions();
