@@ -192,6 +192,27 @@ fn short_files_of_large_pictures_cost_little() {
     }
 }
 
+/// A picture of 16 000 × 16 000 pixels that lacks its last bytes is refused without room for its 256 MB.
+#[test]
+fn a_large_png_is_known_to_be_whole_before_memory_is_taken() {
+    let mut file = Vec::new();
+    let mut encoder = png::Encoder::new(&mut file, 16_000, 16_000);
+    encoder.set_color(png::ColorType::Grayscale);
+    encoder.set_compression(png::Compression::Fastest);
+    let mut writer = encoder.write_header().expect("written");
+    let mut rows = writer.stream_writer().expect("written");
+    for _ in 0..16_000 {
+        std::io::Write::write_all(&mut rows, &[0; 16_000]).expect("written");
+    }
+    rows.finish().expect("written");
+    drop(writer);
+    file.truncate(file.len() - 100);
+    let error = decode(&file, Path::new("a.png"), ColorSpace::Auto).unwrap_err().to_string();
+    assert!(error.contains("byte") && error.contains("expected"), "{error}");
+    let peak = penombre_sys::peak_rss().unwrap_or(0) >> 20;
+    assert!(peak < 256, "{peak} MiB");
+}
+
 #[test]
 fn gigantic_sizes_are_refused_before_memory_is_taken() {
     let cases: [(&str, &[u8]); 13] = [

@@ -1,5 +1,6 @@
 //! The command as a user meets it: files, exit status, what is said where.
 #![allow(clippy::unwrap_used, reason = "a test may fail anywhere")]
+#![allow(clippy::print_stderr, reason = "what was not run is said")]
 
 mod bits;
 mod convert;

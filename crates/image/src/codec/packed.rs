@@ -24,8 +24,8 @@ const BMP_PIXELS_PER_BYTE: u64 = 128;
 /// A code of 12 bits stands for at most 4096 pixels.
 const GIF_PIXELS_PER_BYTE: u64 = 2731;
 
-/// A block of 16 × 16 pixels may be said to be skipped in a small part of a bit.
-const WEBP_PIXELS_PER_BYTE: u64 = 1 << 14;
+/// Four times what a large lossy picture of one colour takes in practice.
+const WEBP_PIXELS_PER_BYTE: u64 = 2048;
 
 pub fn encode_bmp(image: &Image, options: &WriteOptions, w: &mut dyn Write) -> Result<()> {
     let (bytes, channels) = eight_bit(image, options);

@@ -12,6 +12,9 @@ use std::io::{Cursor, Write};
 /// Deflate makes at best 1032 bytes of one, and a byte holds up to 8 pixels.
 const PIXELS_PER_BYTE: u64 = 1040 * 8;
 
+/// Bytes of unpacked pixels from which on a file is read twice: first to see that it is whole, with no memory for them.
+const LARGE: u64 = 1 << 26;
+
 /// Longest compressed text that is unpacked, in bytes.
 const MAX_TEXT: usize = 1 << 20;
 
@@ -89,15 +92,18 @@ fn decode_from(
     bytes: &[u8],
     space: ColorSpace,
 ) -> std::result::Result<Decoded, Fault> {
-    let mut decoder = Decoder::new(cursor);
-    decoder.set_ignore_iccp_chunk(true);
-    decoder.set_transformations(Transformations::EXPAND);
-    let header = decoder.read_header_info()?;
+    let header = opened(cursor).read_header_info()?.clone();
+    cursor.set_position(0);
     // The size stands at byte 16, after the signature, length and name of the first chunk.
     let source = Source { format: Format::Png, bytes, at: 16 };
     let (width, height) =
         source.check_size(header.width.into(), header.height.into(), PIXELS_PER_BYTE).map_err(Fault::Ours)?;
-    let mut reader = decoder.read_info()?;
+    let bits = u64::from(header.bit_depth as u8) * header.color_type.samples() as u64;
+    if u64::from(width) * u64::from(height) * bits / 8 > LARGE {
+        check_whole(cursor)?;
+        cursor.set_position(0);
+    }
+    let mut reader = opened(cursor).read_info()?;
     let (color, depth) = reader.output_color_type();
     let channels = color.samples() as u32;
     let sample = if depth == BitDepth::Sixteen { 2 } else { 1 };
@@ -120,6 +126,21 @@ fn decode_from(
     let mut decoded = finish(Format::Png, (width, height), channels, samples, was_srgb);
     decoded.metadata = texts(reader.info());
     Ok(decoded)
+}
+
+fn opened<'a, 'b>(cursor: &'a mut Cursor<&'b [u8]>) -> Decoder<&'a mut Cursor<&'b [u8]>> {
+    let mut decoder = Decoder::new(cursor);
+    decoder.set_ignore_iccp_chunk(true);
+    decoder.set_transformations(Transformations::EXPAND);
+    decoder
+}
+
+/// Reads all rows and keeps none.
+fn check_whole(cursor: &mut Cursor<&[u8]>) -> std::result::Result<(), Fault> {
+    let mut reader = opened(cursor).read_info()?;
+    while reader.next_row()?.is_some() {}
+    reader.finish()?;
+    Ok(())
 }
 
 /// sRGB unless the file states another gamma (and neither that it is sRGB nor a profile), or is our own without one.
