@@ -98,7 +98,10 @@ impl<'a> Source<'a> {
         let side = |n: u64| u32::try_from(n).ok();
         match (width.checked_mul(height), side(width), side(height)) {
             (Some(pixels), Some(w), Some(h)) if pixels <= limit => Ok((w, h)),
-            _ => Err(ImageErrorKind::TooLarge { format: self.format, width, height, bytes, limit }),
+            _ => {
+                let (format, offset) = (self.format, self.at as u64);
+                Err(ImageErrorKind::TooLarge { format, offset, width, height, bytes, limit })
+            }
         }
     }
 }

@@ -56,7 +56,9 @@ fn corpus_of_bad_images() {
         if let Err(error) = &result {
             let text = error.to_string();
             let file = Path::new(name).file_name().unwrap().to_string_lossy().into_owned();
-            let placed = text.contains(" byte") && text.contains("found") && text.contains("expected");
+            let placed = (text.contains(", byte ") || text.contains(": byte "))
+                && text.contains("found")
+                && text.contains("expected");
             assert!(text.contains(&file) && placed && text.len() < 600, "{name}: {text}");
         }
         checked += 1;

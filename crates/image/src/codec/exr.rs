@@ -341,6 +341,9 @@ fn check_channel_count(source: &Source<'_>, headers: &[Header]) -> Result<()> {
 /// Refuses sizes, and rows of many channels, that the file cannot hold.
 fn check_layer(source: &Source<'_>, header: &Header) -> Result<(u32, u32)> {
     let (width, height) = (header.layer_size.0 as u64, header.layer_size.1 as u64);
+    // Of several parts the first one's window is as good a place as any.
+    let window = source.bytes.windows(11).position(|w| w == b"dataWindow\0");
+    let source = &Source { format: Format::Exr, bytes: source.bytes, at: window.unwrap_or(source.at) };
     let size = source.check_size(width, height, PIXELS_PER_BYTE)?;
     let list = &header.channels.list;
     if let Some(channel) = list.iter().find(|c| c.sampling != (1, 1).into()) {
@@ -352,7 +355,8 @@ fn check_layer(source: &Source<'_>, header: &Header) -> Result<(u32, u32)> {
     if (width * height).saturating_mul(pixel_bytes) > limit {
         let bytes = source.bytes.len() as u64;
         let limit = limit / pixel_bytes;
-        return Err(ImageErrorKind::TooLarge { format: Format::Exr, width, height, bytes, limit });
+        let offset = source.at as u64;
+        return Err(ImageErrorKind::TooLarge { format: Format::Exr, offset, width, height, bytes, limit });
     }
     Ok(size)
 }

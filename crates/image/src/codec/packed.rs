@@ -96,7 +96,8 @@ fn run(format: Format, bytes: &[u8], space: ColorSpace, pixels_per_byte: u64, op
     let mut cursor = Cursor::new(bytes);
     let decoded = open(&mut cursor).map_err(Fault::Library).and_then(|mut decoder| {
         let (width, height) = decoder.dimensions();
-        let source = Source::new(format, bytes);
+        // GIF states its size behind the mark, WebP in one of three ways behind that of its first chunk.
+        let source = Source { format, bytes, at: if format == Format::Gif { 6 } else { 12 } };
         let size = check_size(&source, [width.into(), height.into()], pixels_per_byte)?;
         let color = decoder.color_type();
         let mut limits = Limits::no_limits();
