@@ -1,7 +1,9 @@
 //! TGA, BMP, WebP and GIF; JPEG of all kinds; files that other programs wrote.
 #![allow(clippy::unwrap_used, reason = "a test may fail anywhere")]
 
-use penombre_image::{ColorSpace, Decoded, Format, Image, WriteOptions, decode, encode, save};
+use penombre_image::{
+    ColorSpace, Decoded, Format, Image, Layer, Layers, WriteOptions, decode, encode, encode_layers, save,
+};
 use std::path::Path;
 
 fn read(bytes: &[u8], name: &str, space: ColorSpace) -> Decoded {
@@ -172,4 +174,23 @@ fn radiance_of_every_orientation() {
             assert_eq!(found.data(), expected, "{size}");
         }
     }
+}
+
+#[test]
+fn luminance_and_chroma_become_colours() {
+    let rgb = [[0.2f32, 0.4, 0.8], [3.0, 1.0, 0.5]];
+    let y: Vec<f32> = rgb.map(|[r, g, b]| 0.2126 * r + 0.7152 * g + 0.0722 * b).to_vec();
+    let chroma = |c: usize| -> Vec<f32> { (0..2).map(|i| (rgb[i][c] - y[i]) / y[i]).collect() };
+    let mut layers = Layers::new(2, 1);
+    let color = Layer::new("").with("RY", chroma(0)).with("BY", chroma(2)).with("A", vec![1.0f32, 0.5]);
+    layers.push(color.with("Y", y.clone())).unwrap();
+    let mut file = Vec::new();
+    encode_layers(&layers, &WriteOptions::default(), &mut file).unwrap();
+    let image = read(&file, "a.exr", ColorSpace::Auto).image;
+    assert_eq!(image.channels(), 4);
+    for (x, expected) in rgb.iter().enumerate() {
+        let found = image.rgb(x as u32, 0);
+        assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-3 * b), "{found:?}");
+    }
+    assert_eq!(image.pixel(1, 0)[3], 0.5);
 }
