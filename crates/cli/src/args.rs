@@ -4,7 +4,7 @@ use crate::limits::{parse_noise, parse_time};
 use clap::{ArgAction, Args, Parser, Subcommand};
 use penombre::film::FilmLayer;
 use penombre::render::RenderSettings;
-use penombre_image::ToneCurve;
+use penombre_image::{ColorSpace, ToneCurve};
 use std::ffi::OsString;
 use std::path::PathBuf;
 use std::time::Duration;
@@ -42,6 +42,8 @@ pub enum Command {
     Info(InfoArgs),
     /// Tell all faults of a scene, rendering nothing.
     Check(CheckArgs),
+    /// Write images in other formats.
+    Convert(ConvertArgs),
     /// Compare two images.
     Diff(DiffArgs),
     /// Follow the path of one sample of one pixel.
@@ -109,8 +111,8 @@ pub struct CompletionsArgs {
 pub struct RenderArgs {
     #[command(flatten)]
     pub scene: SceneArgs,
-    /// Write this file, repeatable; the format is the extension's: .png .jpg .ppm .pfm .exr .hdr; `-` is PNG on
-    /// standard output. Default: the scene's name with .png in the current folder.
+    /// Write this file, repeatable; the format is the extension's: .png .jpg .ppm .pgm .pfm .exr .hdr .tga .bmp
+    /// .webp; `-` is PNG on standard output. Default: the scene's name with .png in the current folder.
     #[arg(short, long, value_name = "FILE")]
     pub output: Vec<PathBuf>,
     /// Number of threads; default: all cores.
@@ -189,6 +191,36 @@ pub struct CheckArgs {
 }
 
 #[derive(Debug, Args)]
+pub struct ConvertArgs {
+    /// The image and its new name; with `-o`, one image or several.
+    ///
+    /// Read are PNG, JPEG, PPM/PGM/PBM, PFM, OpenEXR, Radiance, TGA, BMP, WebP, and the first frame of GIF, told by their
+    /// content. The new name's extension is the format: .png .jpg .ppm .pgm .pfm .exr .hdr .tga .bmp .webp. Texts in the file
+    /// are kept where the format has a place for them, alpha in .png .exr .tga .bmp .webp, layers from .exr to .exr.
+    #[arg(value_name = "FILE", required = true)]
+    pub files: Vec<PathBuf>,
+    /// Write this file, repeatable; or a folder, with `--format`: each image is written there under its name.
+    #[arg(short, long, value_name = "FILE|FOLDER")]
+    pub output: Vec<PathBuf>,
+    /// Extension of the images in the folder, for example png.
+    #[arg(long, value_name = "EXTENSION", requires = "output")]
+    pub format: Option<String>,
+    /// Tone curve of 8-bit outputs, as for `render`: srgb, raw, agx, aces, pbr-neutral or filmic; default: srgb, which gives
+    /// an 8-bit image the same bytes.
+    #[arg(long, value_name = "CURVE")]
+    pub tone: Option<ToneCurve>,
+    /// Brightness of 8-bit outputs in powers of two.
+    #[arg(long, value_name = "EV", default_value_t = 0.0, allow_negative_numbers = true, value_parser = parse_finite)]
+    pub exposure: f32,
+    /// What the numbers of the image mean: auto, linear or srgb.
+    ///
+    /// auto: as the format says, whole numbers are sRGB and become linear light, floats are linear. linear: as they are, for
+    /// normal maps and masks; to keep them so in 8 bits, add `--tone raw`. srgb: encoded whatever the format says.
+    #[arg(long, value_name = "SPACE", default_value = "auto", value_parser = parse_color_space)]
+    pub color_space: ColorSpace,
+}
+
+#[derive(Debug, Args)]
 pub struct DiffArgs {
     /// The image in question.
     pub a: PathBuf,
@@ -231,6 +263,15 @@ fn parse_layer(text: &str) -> Result<FilmLayer, String> {
     FilmLayer::from_name(text).ok_or_else(|| penombre_scene::help_for(text, "layers", FilmLayer::NAMES))
 }
 
+fn parse_color_space(text: &str) -> Result<ColorSpace, String> {
+    match text {
+        "auto" => Ok(ColorSpace::Auto),
+        "linear" => Ok(ColorSpace::Linear),
+        "srgb" => Ok(ColorSpace::Srgb),
+        _ => Err("expected one of auto, linear, srgb".to_owned()),
+    }
+}
+
 fn parse_finite(text: &str) -> Result<f32, String> {
     match text.parse::<f32>() {
         Ok(v) if v.is_finite() => Ok(v),
@@ -257,10 +298,12 @@ mod tests {
     #[test]
     fn help_lists_all_tone_curves() {
         let mut command = <Cli as clap::CommandFactory>::command();
-        let render = command.find_subcommand_mut("render").unwrap();
-        for help in [render.render_help().to_string(), render.render_long_help().to_string()] {
-            for name in ToneCurve::NAMES {
-                assert!(help.contains(name), "{name}");
+        for command_name in ["render", "convert"] {
+            let command = command.find_subcommand_mut(command_name).unwrap();
+            for help in [command.render_help().to_string(), command.render_long_help().to_string()] {
+                for name in ToneCurve::NAMES {
+                    assert!(help.contains(name), "{command_name}: {name}");
+                }
             }
         }
     }

@@ -1,6 +1,7 @@
 //! `penombre diff`.
 
 use crate::args::{DiffArgs, Verbosity};
+use crate::convert::same_file;
 use crate::{Exit, report, terminal};
 use penombre_image::metrics::{Comparison, compare};
 use penombre_image::{Image, WriteOptions, heatmap, metrics};
@@ -40,16 +41,11 @@ pub fn run(args: &DiffArgs, verbosity: &Verbosity) -> Exit {
     if equal { Exit::Done } else { Exit::Failure }
 }
 
-/// True if both paths lead to one file that is there.
-fn same_file(a: &Path, b: &Path) -> bool {
-    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
-}
-
 fn read(path: &Path) -> Option<Image> {
     match penombre_image::load(path) {
         Ok(image) => Some(image),
         Err(error) => {
-            report::error(&error.to_string(), "images are PNG, JPEG, PPM, PFM, OpenEXR or Radiance files");
+            report::error(&error.to_string(), crate::convert::READABLE);
             None
         }
     }

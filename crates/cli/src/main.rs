@@ -6,6 +6,7 @@
 
 mod args;
 mod check;
+mod convert;
 mod diff;
 mod info;
 mod interrupt;
@@ -74,6 +75,7 @@ fn main() -> ExitCode {
         Command::View(args) => view::run(args),
         Command::Info(args) => info::run(args),
         Command::Check(args) => check::run(args, &cli.verbosity),
+        Command::Convert(args) => convert::run(args, &cli.verbosity),
         Command::Diff(args) => diff::run(args, &cli.verbosity),
         Command::Trace(args) => trace::run(args),
         Command::Schema => schema::run(),

@@ -15,7 +15,6 @@ const PLANNED: &[&str] = &[
     "--denoise",
     "--memory-limit",
     "--preview",
-    "convert",
     "merge",
     "bench",
     "submit",

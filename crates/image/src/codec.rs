@@ -4,14 +4,17 @@
 pub mod exr;
 pub mod hdr;
 pub mod jpeg;
+pub mod packed;
 pub mod pfm;
 pub mod png;
 pub mod pnm;
+pub mod tga;
 
 use crate::error::ImageErrorKind;
 use crate::format::Format;
 use crate::image::Image;
-use crate::io::{ColorSpace, Decoded, MAX_PIXELS};
+use crate::io::{ColorSpace, Decoded, MAX_PIXELS, WriteOptions};
+use crate::tone::{quantise, unit};
 use penombre_math::color::srgb_decode;
 
 pub type Result<T> = std::result::Result<T, ImageErrorKind>;
@@ -95,7 +98,10 @@ impl<'a> Source<'a> {
         let side = |n: u64| u32::try_from(n).ok();
         match (width.checked_mul(height), side(width), side(height)) {
             (Some(pixels), Some(w), Some(h)) if pixels <= limit => Ok((w, h)),
-            _ => Err(ImageErrorKind::TooLarge { format: self.format, width, height, bytes, limit }),
+            _ => {
+                let (format, offset) = (self.format, self.at as u64);
+                Err(ImageErrorKind::TooLarge { format, offset, width, height, bytes, limit })
+            }
         }
     }
 }
@@ -108,6 +114,29 @@ pub fn room(width: u32, height: u32, channels: u32) -> Result<Vec<f32>> {
         Ok(()) => Ok(samples),
         Err(_) => Err(ImageErrorKind::OutOfMemory { width: width.into(), height: height.into() }),
     }
+}
+
+/// Zeros for all samples of an image that has passed [`Source::check_size`]. Memory that is never written to is never
+/// really taken, so a file that is cut off early costs little.
+pub fn zeroed<T: Clone + Default>(width: u32, height: u32, channels: u32) -> Result<Vec<T>> {
+    let length = width as usize * height as usize * channels as usize;
+    // Only a trial: it can fail where `vec!` would end the program.
+    match Vec::<T>::new().try_reserve_exact(length) {
+        Ok(()) => Ok(vec![T::default(); length]),
+        Err(_) => Err(ImageErrorKind::OutOfMemory { width: width.into(), height: height.into() }),
+    }
+}
+
+/// Display values of an image in bytes, and how many for each pixel: red, green and blue, and alpha if there is any.
+pub fn eight_bit(image: &Image, options: &WriteOptions) -> (Vec<u8>, u8) {
+    let colors = quantise(image, options.tone, options.exposure);
+    let channels = image.channels() as usize;
+    if !channels.is_multiple_of(2) {
+        return (colors, 3);
+    }
+    let alpha = image.data().iter().skip(channels - 1).step_by(channels);
+    let pixels = colors.as_chunks::<3>().0.iter().zip(alpha);
+    (pixels.flat_map(|(c, a)| [c[0], c[1], c[2], (255.0 * unit(*a)).round() as u8]).collect(), 4)
 }
 
 /// The samples as an image; the caller has made them fit.

@@ -32,7 +32,8 @@ pub enum ImageErrorKind {
     },
     /// The first bytes are those of no known format.
     #[error(
-        "byte 0: found {found}, expected the start of a PNG, JPEG, PPM/PGM/PBM, PFM, OpenEXR or Radiance file"
+        "byte 0: found {found}, expected the start of a PNG, JPEG, PPM/PGM/PBM, PFM, OpenEXR, Radiance, TGA, BMP, WebP or \
+         GIF file"
     )]
     UnknownContent {
         /// The first bytes, readable.
@@ -67,11 +68,14 @@ pub enum ImageErrorKind {
     },
     /// More pixels than are allowed, or than the file can hold.
     #[error(
-        "{format}: found a size of {width} × {height} pixels in {bytes} bytes, expected at most {limit} pixels"
+        "{format}, byte {offset}: found a size of {width} × {height} pixels in a file of {bytes} bytes, expected at most {limit} \
+         pixels"
     )]
     TooLarge {
         /// The format of the file.
         format: Format,
+        /// Bytes before the size, or before what states it.
+        offset: u64,
         /// Width the file claims.
         width: u64,
         /// Height the file claims.

@@ -96,6 +96,10 @@ pub fn encode(
         Format::Pfm => codec::pfm::encode(image, w),
         Format::Exr => codec::exr::encode(image, options, w),
         Format::Hdr => codec::hdr::encode(image, options, w),
+        Format::Tga => codec::tga::encode(image, options, w),
+        Format::Bmp => codec::packed::encode_bmp(image, options, w),
+        Format::Webp => codec::packed::encode_webp(image, options, w),
+        Format::Gif => Err(format.unwritten()),
     }
 }
 
@@ -128,6 +132,15 @@ pub fn load(path: &Path) -> Result<Image, ImageError> {
     decode(&read(path)?, path, ColorSpace::Auto).map(|d| d.image)
 }
 
+/// Reads an image file with its texts, as [`decode`] does.
+///
+/// # Errors
+///
+/// A failure of the file system, or what [`decode`] finds wrong.
+pub fn load_as(path: &Path, space: ColorSpace) -> Result<Decoded, ImageError> {
+    decode(&read(path)?, path, space)
+}
+
 /// The bytes of an image file.
 pub(crate) fn read(path: &Path) -> Result<Vec<u8>, ImageError> {
     let fail = |kind| ImageError::new(path, kind);
@@ -135,11 +148,18 @@ pub(crate) fn read(path: &Path) -> Result<Vec<u8>, ImageError> {
     // The first bytes decide: what is no image (a device without end, a film) is not read to its end.
     let mut bytes = Vec::new();
     Read::by_ref(&mut file).take(HEAD).read_to_end(&mut bytes).map_err(|e| fail(ImageErrorKind::Io(e)))?;
-    if Format::from_content(&bytes).is_none() {
-        return Err(fail(ImageErrorKind::UnknownContent { found: readable(&bytes) }));
+    // What is only called TGA must be a file at least.
+    let known = Format::from_content(&bytes).is_some()
+        || Format::of_file(&bytes, path).is_some() && file.metadata().is_ok_and(|m| m.is_file());
+    if !known {
+        return Err(unknown(&bytes, path));
     }
     file.take(MAX_FILE).read_to_end(&mut bytes).map_err(|e| fail(ImageErrorKind::Io(e)))?;
     Ok(bytes)
+}
+
+fn unknown(bytes: &[u8], path: &Path) -> ImageError {
+    ImageError::new(path, ImageErrorKind::UnknownContent { found: readable(bytes) })
 }
 
 /// Bytes that tell a format.
@@ -148,7 +168,8 @@ const HEAD: u64 = 64;
 /// Bytes of a file that are read at most: [`MAX_PIXELS`] of four floats, and a header.
 const MAX_FILE: u64 = MAX_PIXELS * 16 + (1 << 20);
 
-/// Decodes the bytes of an image file, whose format is told by the first of them; `name` is for messages only.
+/// Decodes the bytes of an image file, whose format is told by the first of them. `name` is for messages, and for TGA
+/// files whose first bytes could be anything's.
 ///
 /// Sizes are checked against [`MAX_PIXELS`] and against what so many bytes can hold before memory is taken.
 ///
@@ -157,9 +178,7 @@ const MAX_FILE: u64 = MAX_PIXELS * 16 + (1 << 20);
 /// What is wrong with the file, and where.
 pub fn decode(bytes: &[u8], name: &Path, space: ColorSpace) -> Result<Decoded, ImageError> {
     let fail = |kind| ImageError::new(name, kind);
-    let Some(format) = Format::from_content(bytes) else {
-        return Err(fail(ImageErrorKind::UnknownContent { found: readable(bytes) }));
-    };
+    let Some(format) = Format::of_file(bytes, name) else { return Err(unknown(bytes, name)) };
     let decoded = decode_contained(format, || match format {
         Format::Png => codec::png::decode(bytes, space),
         Format::Jpeg => codec::jpeg::decode(bytes, space),
@@ -167,6 +186,10 @@ pub fn decode(bytes: &[u8], name: &Path, space: ColorSpace) -> Result<Decoded, I
         Format::Pfm => codec::pfm::decode(bytes, space),
         Format::Exr => codec::exr::decode(bytes, space),
         Format::Hdr => codec::hdr::decode(bytes, space),
+        Format::Tga => codec::tga::decode(bytes, space),
+        Format::Bmp => codec::packed::decode_bmp(bytes, space),
+        Format::Webp => codec::packed::decode_webp(bytes, space),
+        Format::Gif => codec::packed::decode_gif(bytes, space),
     });
     decoded.map_err(fail)
 }

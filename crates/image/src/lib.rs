@@ -21,7 +21,9 @@ pub use error::{ImageError, ImageErrorKind, LayerError, ShapeError};
 pub use format::Format;
 pub use heatmap::heatmap;
 pub use image::Image;
-pub use io::{ColorSpace, Decoded, MAX_PIXELS, WriteOptions, decode, encode, load, panic_is_contained, save};
+pub use io::{
+    ColorSpace, Decoded, MAX_PIXELS, WriteOptions, decode, encode, load, load_as, panic_is_contained, save,
+};
 pub use layers::{
     Channel, DecodedLayers, Layer, Layers, STANDARD_LAYERS, Samples, decode_layers, encode_layers,
     layer_path, load_layers, save_layers,

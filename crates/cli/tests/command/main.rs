@@ -1,9 +1,12 @@
 //! The command as a user meets it: files, exit status, what is said where.
 #![allow(clippy::unwrap_used, reason = "a test may fail anywhere")]
+#![allow(clippy::print_stderr, reason = "what was not run is said")]
 
 mod bits;
+mod convert;
 mod editors;
 mod limits;
+mod saves;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -84,7 +87,7 @@ fn the_default_output_is_the_scenes_name_and_its_path_size_and_time_are_said() {
 #[test]
 fn every_format_is_written_and_read_back() {
     let folder = Folder::new();
-    let files = ["a.png", "a.jpg", "a.ppm", "a.pfm", "a.exr", "a.hdr"];
+    let files = ["a.png", "a.jpg", "a.ppm", "a.pfm", "a.exr", "a.hdr", "a.tga", "a.bmp", "a.webp"];
     let outputs: Vec<&str> = files.iter().flat_map(|f| ["-o", f]).collect();
     let said = folder.ok(&small(&["render", "cornell", "--tone", "srgb"], &outputs));
     assert_eq!(said.lines().count(), files.len());
@@ -266,7 +269,9 @@ fn wrong_command_lines_are_refused() {
     for (arguments, expected) in [
         (vec!["render", "cornell", "--denoise"], "not built yet"),
         (vec!["render", "cornell", "--resume"], "not built yet"),
-        (vec!["convert", "cornell"], "not built yet"),
+        (vec!["merge", "a.part"], "not built yet"),
+        (vec!["convert", "cornell", "a.toml"], "not converted yet"),
+        (vec!["convert", "a.png"], "an image and its new name"),
         (vec!["render", "cornell", "--nose", "0.1"], "--nose"),
         (vec!["render", "cornell", "--size", "0x4"], "0x4"),
         (vec!["render", "cornell", "--spp", "0"], "--spp"),

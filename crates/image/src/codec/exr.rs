@@ -4,7 +4,7 @@ mod layered;
 
 pub use layered::{decode_layers, encode_layers};
 
-use super::{Result, Source, Transfer, finish, room};
+use super::{Result, Source, Transfer, finish, zeroed};
 use crate::error::ImageErrorKind;
 use crate::format::Format;
 use crate::image::Image;
@@ -16,6 +16,7 @@ use ::exr::image::{AnyChannel, AnyChannels, Encoding, FlatSamples, Layer};
 use ::exr::meta::attribute::{AttributeValue, SampleType, Text};
 use ::exr::meta::header::{Header, LayerAttributes, standard_names};
 use ::exr::prelude::{SmallVec, WritableImage, f16};
+use penombre_math::color::luminance;
 use std::io::{Cursor, Write};
 
 /// ZIP makes at best 1032 bytes of one; the smallest sample has two.
@@ -108,6 +109,8 @@ fn sort_attributes(file: &mut [u8]) {
 struct Choice {
     layer: usize,
     channels: Vec<usize>,
+    /// The colours are luminance and two chromas, not red, green and blue.
+    chroma: bool,
 }
 
 /// What the decoding library says, or what we do.
@@ -199,14 +202,16 @@ fn decode_from(
     let header = reader.headers()[choice.layer].clone();
     let size = check_layer(&source, &header).map_err(Fault::Ours)?;
     let channels = choice.channels.len() as u32;
-    let mut samples = room(size.0, size.1, channels).map_err(Fault::Ours)?;
-    samples.resize(size.0 as usize * size.1 as usize * channels as usize, 0.0);
+    let mut samples = zeroed::<f32>(size.0, size.1, channels).map_err(Fault::Ours)?;
     let mut chunks = reader.filter_chunks(false, |_, tile, block| {
         block.layer == choice.layer && tile.is_largest_resolution_level()
     })?;
     while let Some(chunk) = chunks.read_next_chunk() {
         let block = UncompressedBlock::decompress_chunk(chunk?, chunks.meta_data(), false)?;
         read_block(&block, &header, &choice, size.0 as usize, &mut samples)?;
+    }
+    if choice.chroma {
+        to_rgb(&mut samples, channels);
     }
     let transfer = Transfer::of(space, Transfer::Linear);
     transfer.apply_to_colors(&mut samples, channels);
@@ -263,15 +268,28 @@ fn read_line<'a>(
     Ok(())
 }
 
-/// The first flat layer with R, G, B (and A), else the first with Y (and A), else the same with a common prefix such
+/// Luminance, (R − Y) / Y and (B − Y) / Y \[OpenEXR\].
+const CHROMA: [&str; 3] = ["Y", "RY", "BY"];
+
+/// Makes red, green and blue of luminance and chroma, Rec. 709, in place.
+fn to_rgb(samples: &mut [f32], channels: u32) {
+    for pixel in samples.chunks_exact_mut(channels as usize) {
+        let [y, ry, by] = [pixel[0], pixel[1], pixel[2]];
+        let (r, b) = ((ry + 1.0) * y, (by + 1.0) * y);
+        let [wr, wg, wb] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(luminance);
+        pixel[..3].copy_from_slice(&[r, (y - wr * r - wb * b) / wg, b]);
+    }
+}
+
+/// The first flat layer with R, G, B (and A), else the first with Y, RY, BY, else with Y (and A), else the same with a common prefix such
 /// as `diffuse.`.
 fn choose(headers: &[Header]) -> Option<Choice> {
-    let wanted: [&[&str]; 2] = [&["R", "G", "B"], &["Y"]];
+    let wanted: [&[&str]; 3] = [&["R", "G", "B"], &CHROMA, &["Y"]];
     let flat = || headers.iter().enumerate().filter(|(_, h)| !h.deep);
     for colors in wanted {
         for (layer, header) in flat() {
             if let Some(channels) = find_channels(header, "", colors) {
-                return Some(Choice { layer, channels });
+                return Some(Choice { layer, channels, chroma: colors == CHROMA });
             }
         }
     }
@@ -283,7 +301,7 @@ fn choose(headers: &[Header]) -> Option<Choice> {
                     continue;
                 };
                 if let Some(channels) = find_channels(header, prefix, colors) {
-                    return Some(Choice { layer, channels });
+                    return Some(Choice { layer, channels, chroma: colors == CHROMA });
                 }
             }
         }
@@ -323,6 +341,9 @@ fn check_channel_count(source: &Source<'_>, headers: &[Header]) -> Result<()> {
 /// Refuses sizes, and rows of many channels, that the file cannot hold.
 fn check_layer(source: &Source<'_>, header: &Header) -> Result<(u32, u32)> {
     let (width, height) = (header.layer_size.0 as u64, header.layer_size.1 as u64);
+    // Of several parts the first one's window is as good a place as any.
+    let window = source.bytes.windows(11).position(|w| w == b"dataWindow\0");
+    let source = &Source { format: Format::Exr, bytes: source.bytes, at: window.unwrap_or(source.at) };
     let size = source.check_size(width, height, PIXELS_PER_BYTE)?;
     let list = &header.channels.list;
     if let Some(channel) = list.iter().find(|c| c.sampling != (1, 1).into()) {
@@ -334,7 +355,8 @@ fn check_layer(source: &Source<'_>, header: &Header) -> Result<(u32, u32)> {
     if (width * height).saturating_mul(pixel_bytes) > limit {
         let bytes = source.bytes.len() as u64;
         let limit = limit / pixel_bytes;
-        return Err(ImageErrorKind::TooLarge { format: Format::Exr, width, height, bytes, limit });
+        let offset = source.at as u64;
+        return Err(ImageErrorKind::TooLarge { format: Format::Exr, offset, width, height, bytes, limit });
     }
     Ok(size)
 }

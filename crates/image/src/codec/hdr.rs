@@ -98,6 +98,8 @@ fn from_rgbe(pixel: [u8; 4]) -> [f32; 3] {
 struct Header {
     width: u32,
     height: u32,
+    /// The file holds columns, one after the other, instead of rows.
+    columns: bool,
     bottom_up: bool,
     right_to_left: bool,
     /// Product of the exposures, by which the stored values are to be divided.
@@ -107,19 +109,26 @@ struct Header {
 pub fn decode(bytes: &[u8], space: ColorSpace) -> Result<Decoded> {
     let mut source = Source::new(Format::Hdr, bytes);
     let header = read_header(&mut source)?;
-    // Every row takes four bytes at least: a gigantic height in a short file ends here.
+    let (lines, length) =
+        if header.columns { (header.width, header.height) } else { (header.height, header.width) };
+    // Every line takes four bytes at least: a gigantic number of them in a short file ends here.
     let rest = source.rest().len();
-    if rest / 4 < header.height as usize {
-        return Err(source.fault(format!("{rest} more bytes"), format!("{} rows of pixels", header.height)));
+    if rest / 4 < lines as usize {
+        return Err(source.fault(format!("{rest} more bytes"), format!("{lines} lines of pixels")));
     }
     let mut samples = room(header.width, header.height, 3)?;
-    let mut row = vec![[0u8; 4]; header.width as usize];
-    for _ in 0..header.height {
-        read_row(&mut source, &mut row)?;
-        if header.right_to_left {
-            row.reverse();
+    let mut line = vec![[0u8; 4]; length as usize];
+    for _ in 0..lines {
+        read_row(&mut source, &mut line)?;
+        samples.extend(line.iter().flat_map(|p| from_rgbe(*p)).map(|v| v / header.exposure));
+    }
+    if header.columns {
+        samples = transposed(&samples, length as usize);
+    }
+    if header.right_to_left {
+        for row in samples.chunks_exact_mut(header.width as usize * 3) {
+            row.as_chunks_mut::<3>().0.reverse();
         }
-        samples.extend(row.iter().flat_map(|p| from_rgbe(*p)).map(|v| v / header.exposure));
     }
     if header.bottom_up {
         samples = samples.chunks_exact(header.width as usize * 3).rev().flatten().copied().collect();
@@ -128,6 +137,13 @@ pub fn decode(bytes: &[u8], space: ColorSpace) -> Result<Decoded> {
     transfer.apply_to_colors(&mut samples, 3);
     let size = (header.width, header.height);
     Ok(finish(Format::Hdr, size, 3, samples, transfer != Transfer::Linear))
+}
+
+/// Columns of that length as rows.
+fn transposed(columns: &[f32], length: usize) -> Vec<f32> {
+    let pixels = columns.as_chunks::<3>().0;
+    let row = |y: usize| pixels.iter().skip(y).step_by(length);
+    (0..length).flat_map(row).flatten().copied().collect()
 }
 
 fn read_header(source: &mut Source<'_>) -> Result<Header> {
@@ -164,7 +180,7 @@ fn read_header(source: &mut Source<'_>) -> Result<Header> {
     read_size(source, exposure)
 }
 
-/// The line `-Y height +X width`; other signs mirror the picture.
+/// The line `-Y height +X width`; other signs mirror the picture, and X first means columns.
 fn read_size(source: &mut Source<'_>, exposure: f32) -> Result<Header> {
     let start = source.at;
     let line = source.line(MAX_LINE).unwrap_or_default();
@@ -173,19 +189,17 @@ fn read_size(source: &mut Source<'_>, exposure: f32) -> Result<Header> {
     let text = String::from_utf8_lossy(line).into_owned();
     let words: Vec<&str> = text.split_whitespace().collect();
     let fault = || source.fault(quoted(&text), "the size: -Y height +X width");
-    let [y, height, x, width] = words[..] else { return Err(fault()) };
-    if matches!((y, x), ("+X" | "-X", "+Y" | "-Y")) {
-        return Err(source.unsupported(quoted(&text), "rows, not columns: -Y height +X width"));
-    }
-    if !matches!((y, x), ("+Y" | "-Y", "+X" | "-X")) {
-        return Err(fault());
-    }
+    let (columns, [y, height, x, width]) = match words[..] {
+        [y @ ("+Y" | "-Y"), height, x @ ("+X" | "-X"), width] => (false, [y, height, x, width]),
+        [x @ ("+X" | "-X"), width, y @ ("+Y" | "-Y"), height] => (true, [y, height, x, width]),
+        _ => return Err(fault()),
+    };
     let (Ok(height), Ok(width)) = (height.parse::<u64>(), width.parse::<u64>()) else {
         return Err(fault());
     };
     let (width, height) = source.check_size(width, height, PIXELS_PER_BYTE)?;
     source.at = after;
-    Ok(Header { width, height, bottom_up: y == "+Y", right_to_left: x == "-X", exposure })
+    Ok(Header { width, height, columns, bottom_up: y == "+Y", right_to_left: x == "-X", exposure })
 }
 
 fn quoted(text: &str) -> String {

@@ -1,6 +1,6 @@
 //! JPEG: quality 95 out; grey and colour in.
 
-use super::{Result, Source, Transfer, finish, linearise, room};
+use super::{Result, Source, Transfer, finish, linearise, room, zeroed};
 use crate::error::ImageErrorKind;
 use crate::format::Format;
 use crate::image::Image;
@@ -58,12 +58,14 @@ pub fn decode(bytes: &[u8], space: ColorSpace) -> Result<Decoded> {
         drop(decoder);
         return Err(fault(&cursor, headers.err().as_ref()));
     };
-    let source = Source::new(Format::Jpeg, bytes);
+    let is_frame = |mark| matches!(mark, 0xc0..=0xcf) && !matches!(mark, 0xc4 | 0xc8 | 0xcc);
+    let at = first_segment(bytes, is_frame).unwrap_or(0);
+    let source = Source { format: Format::Jpeg, bytes, at };
     let (width, height) = source.check_size(info.width.into(), info.height.into(), PIXELS_PER_BYTE)?;
     require_end(bytes)?;
     let (out, channels) = if grey { (JpegColors::Luma, 1) } else { (JpegColors::RGB, 3) };
     decoder.set_options(options.jpeg_set_out_colorspace(out));
-    let mut buffer = vec![0; width as usize * height as usize * channels as usize];
+    let mut buffer = zeroed::<u8>(width, height, channels)?;
     if let Err(error) = decoder.decode_into(&mut buffer) {
         drop(decoder);
         return Err(fault(&cursor, Some(&error)));
@@ -88,7 +90,7 @@ fn fault(cursor: &Cursor<&[u8]>, error: Option<&DecodeErrors>) -> ImageErrorKind
 
 /// A file cut off in its picture still decodes, with grey where the rest should be; so the end mark is required.
 fn require_end(bytes: &[u8]) -> Result<()> {
-    let picture = first_scan(bytes).unwrap_or(bytes.len());
+    let picture = first_segment(bytes, |mark| mark == 0xda).unwrap_or(bytes.len());
     if bytes[picture..].windows(2).any(|pair| pair == [0xff, 0xd9]) {
         return Ok(());
     }
@@ -96,12 +98,12 @@ fn require_end(bytes: &[u8]) -> Result<()> {
     Err(source.fault("the end of the file", "more of the picture, then the end mark FF D9"))
 }
 
-/// Where the first start-of-scan mark stands.
-fn first_scan(bytes: &[u8]) -> Option<usize> {
+/// Where the first segment with such a mark starts.
+fn first_segment(bytes: &[u8], wanted: impl Fn(u8) -> bool) -> Option<usize> {
     let mut at = 2;
     loop {
         match *bytes.get(at..at + 2)? {
-            [0xff, 0xda] => return Some(at),
+            [0xff, mark] if wanted(mark) => return Some(at),
             // Fill bytes, and marks without a segment.
             [0xff, 0xff] => at += 1,
             [0xff, 0x00 | 0x01 | 0xd0..=0xd8] => at += 2,

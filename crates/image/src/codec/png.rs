@@ -1,23 +1,27 @@
-//! PNG: 8-bit colour out; every depth and colour type in.
+//! PNG: 8-bit colour, and alpha, out; every depth and colour type in.
 
-use super::{Result, Source, Transfer, finish, linearise, room};
+use super::{Result, Source, Transfer, eight_bit, finish, linearise, room, zeroed};
 use crate::error::ImageErrorKind;
 use crate::format::Format;
 use crate::image::Image;
 use crate::io::{ColorSpace, Decoded, WriteOptions};
-use crate::tone::{ToneCurve, quantise};
+use crate::tone::ToneCurve;
 use ::png::{BitDepth, ColorType, Decoder, DecodingError, Encoder, EncodingError, Info, Transformations};
 use std::io::{Cursor, Write};
 
 /// Deflate makes at best 1032 bytes of one, and a byte holds up to 8 pixels.
 const PIXELS_PER_BYTE: u64 = 1040 * 8;
 
+/// Bytes of unpacked pixels from which on a file is read twice: first to see that it is whole, with no memory for them.
+const LARGE: u64 = 1 << 26;
+
 /// Longest compressed text that is unpacked, in bytes.
 const MAX_TEXT: usize = 1 << 20;
 
 pub fn encode(image: &Image, options: &WriteOptions, w: &mut dyn Write) -> Result<()> {
-    let bytes = quantise(image, options.tone, options.exposure);
-    encode_bytes(image, &bytes, options, w).map_err(|error| match error {
+    let (bytes, channels) = eight_bit(image, options);
+    let color = if channels == 4 { ColorType::Rgba } else { ColorType::Rgb };
+    encode_bytes(image, color, &bytes, options, w).map_err(|error| match error {
         EncodingError::IoError(e) => ImageErrorKind::Io(e),
         other => ImageErrorKind::NotWritable { format: Format::Png, reason: other.to_string() },
     })
@@ -25,12 +29,13 @@ pub fn encode(image: &Image, options: &WriteOptions, w: &mut dyn Write) -> Resul
 
 fn encode_bytes(
     image: &Image,
+    color: ColorType,
     bytes: &[u8],
     options: &WriteOptions,
     w: &mut dyn Write,
 ) -> std::result::Result<(), EncodingError> {
     let mut encoder = Encoder::new(w, image.width(), image.height());
-    encoder.set_color(ColorType::Rgb);
+    encoder.set_color(color);
     encoder.set_depth(BitDepth::Eight);
     if options.tone != ToneCurve::Raw {
         encoder.set_source_srgb(::png::SrgbRenderingIntent::Perceptual);
@@ -87,27 +92,26 @@ fn decode_from(
     bytes: &[u8],
     space: ColorSpace,
 ) -> std::result::Result<Decoded, Fault> {
-    let mut decoder = Decoder::new(cursor);
-    decoder.set_ignore_iccp_chunk(true);
-    decoder.set_transformations(Transformations::EXPAND);
-    let header = decoder.read_header_info()?;
+    let header = opened(cursor).read_header_info()?.clone();
+    cursor.set_position(0);
     // The size stands at byte 16, after the signature, length and name of the first chunk.
     let source = Source { format: Format::Png, bytes, at: 16 };
     let (width, height) =
         source.check_size(header.width.into(), header.height.into(), PIXELS_PER_BYTE).map_err(Fault::Ours)?;
-    let mut reader = decoder.read_info()?;
+    let bits = u64::from(header.bit_depth as u8) * header.color_type.samples() as u64;
+    if u64::from(width) * u64::from(height) * bits / 8 > LARGE {
+        check_whole(cursor)?;
+        cursor.set_position(0);
+    }
+    let mut reader = opened(cursor).read_info()?;
     let (color, depth) = reader.output_color_type();
     let channels = color.samples() as u32;
-    let mut samples = room(width, height, channels).map_err(Fault::Ours)?;
-    let out_of_memory =
-        || Fault::Ours(ImageErrorKind::OutOfMemory { width: width.into(), height: height.into() });
-    let length = reader.output_buffer_size().ok_or_else(out_of_memory)?;
-    let mut buffer = Vec::new();
-    buffer.try_reserve_exact(length).map_err(|_| out_of_memory())?;
-    buffer.resize(length, 0);
+    let sample = if depth == BitDepth::Sixteen { 2 } else { 1 };
+    let mut buffer = zeroed::<u8>(width, height, channels * sample).map_err(Fault::Ours)?;
     let used = reader.next_frame(&mut buffer)?.buffer_size();
     reader.finish()?;
     let transfer = Transfer::of(space, own_transfer(reader.info()));
+    let mut samples = room(width, height, channels).map_err(Fault::Ours)?;
     match depth {
         BitDepth::Sixteen => {
             let codes = buffer[..used].as_chunks::<2>().0.iter().map(|pair| u16::from_be_bytes(*pair));
@@ -122,6 +126,21 @@ fn decode_from(
     let mut decoded = finish(Format::Png, (width, height), channels, samples, was_srgb);
     decoded.metadata = texts(reader.info());
     Ok(decoded)
+}
+
+fn opened<'a, 'b>(cursor: &'a mut Cursor<&'b [u8]>) -> Decoder<&'a mut Cursor<&'b [u8]>> {
+    let mut decoder = Decoder::new(cursor);
+    decoder.set_ignore_iccp_chunk(true);
+    decoder.set_transformations(Transformations::EXPAND);
+    decoder
+}
+
+/// Reads all rows and keeps none.
+fn check_whole(cursor: &mut Cursor<&[u8]>) -> std::result::Result<(), Fault> {
+    let mut reader = opened(cursor).read_info()?;
+    while reader.next_row()?.is_some() {}
+    reader.finish()?;
+    Ok(())
 }
 
 /// sRGB unless the file states another gamma (and neither that it is sRGB nor a profile), or is our own without one.

@@ -4,8 +4,7 @@ use super::{
     Fault, channel_names, check_channel_count, check_layer, choose, read_line, reported, texts, utf8,
     write_part,
 };
-use crate::codec::{Result, Source, room};
-use crate::error::ImageErrorKind;
+use crate::codec::{Result, Source, zeroed};
 use crate::format::Format;
 use crate::io::WriteOptions;
 use crate::layers::{DecodedLayers, Layer, Layers, Samples, full_name};
@@ -64,18 +63,10 @@ fn decode_from(cursor: &mut Cursor<&[u8]>, bytes: &[u8]) -> std::result::Result<
 /// Room for the samples of each channel of the header.
 fn planes(header: &Header, (width, height): (u32, u32)) -> Result<Vec<Samples>> {
     let plane = |kind| -> Result<Samples> {
-        let count = width as usize * height as usize;
-        if kind != SampleType::U32 {
-            let mut samples = room(width, height, 1)?;
-            samples.resize(count, 0.0);
-            return Ok(Samples::F32(samples));
+        match kind {
+            SampleType::U32 => zeroed(width, height, 1).map(Samples::U32),
+            _ => zeroed(width, height, 1).map(Samples::F32),
         }
-        let mut samples = Vec::new();
-        if samples.try_reserve_exact(count).is_err() {
-            return Err(ImageErrorKind::OutOfMemory { width: width.into(), height: height.into() });
-        }
-        samples.resize(count, 0);
-        Ok(Samples::U32(samples))
     };
     header.channels.list.iter().map(|c| plane(c.sample_type)).collect()
 }

@@ -1,0 +1,164 @@
+//! BMP \[BMP\], GIF \[GIF\] (its first frame) and WebP \[WebP\], by the decoders and encoders of the `image` library.
+
+use super::{Result, Source, Transfer, eight_bit, finish, linearise, room, zeroed};
+use crate::error::ImageErrorKind;
+use crate::format::Format;
+use crate::image::Image;
+use crate::io::{ColorSpace, Decoded, WriteOptions};
+use ::image::codecs::bmp::{BmpDecoder, BmpEncoder};
+use ::image::codecs::gif::GifDecoder;
+use ::image::codecs::webp::{WebPDecoder, WebPEncoder};
+use ::image::{ColorType, ExtendedColorType, ImageDecoder, ImageError, ImageResult, Limits};
+use std::io::{Cursor, ErrorKind, Write};
+
+/// Pixels that a file of any length may have: these formats can leave out what has the colour of the ground, or need no
+/// bits at all for a picture of one colour.
+const SMALL: u64 = 1 << 22;
+
+/// Memory beside the pixels that a decoder may take, bytes.
+const SPARE: u64 = 1 << 26;
+
+/// At best: 8 pixels in a byte, or 255 in a run of two bytes.
+const BMP_PIXELS_PER_BYTE: u64 = 128;
+
+/// A code of 12 bits stands for at most 4096 pixels.
+const GIF_PIXELS_PER_BYTE: u64 = 2731;
+
+/// Four times what a large lossy picture of one colour takes in practice.
+const WEBP_PIXELS_PER_BYTE: u64 = 2048;
+
+pub fn encode_bmp(image: &Image, options: &WriteOptions, w: &mut dyn Write) -> Result<()> {
+    let (bytes, channels) = eight_bit(image, options);
+    let mut file = Vec::new();
+    let written = BmpEncoder::new(&mut file).encode(&bytes, image.width(), image.height(), kind_of(channels));
+    written.map_err(|e| unwritable(Format::Bmp, &e))?;
+    w.write_all(&file)?;
+    Ok(())
+}
+
+pub fn encode_webp(image: &Image, options: &WriteOptions, w: &mut dyn Write) -> Result<()> {
+    if image.width().max(image.height()) > 1 << 14 {
+        let reason = format!("{} × {} pixels, more than 16384 on a side", image.width(), image.height());
+        return Err(ImageErrorKind::NotWritable { format: Format::Webp, reason });
+    }
+    let (bytes, channels) = eight_bit(image, options);
+    let mut file = Vec::new();
+    let encoder = WebPEncoder::new_lossless(&mut file);
+    let written = encoder.encode(&bytes, image.width(), image.height(), kind_of(channels));
+    written.map_err(|e| unwritable(Format::Webp, &e))?;
+    w.write_all(&file)?;
+    Ok(())
+}
+
+fn kind_of(channels: u8) -> ExtendedColorType {
+    if channels == 4 { ExtendedColorType::Rgba8 } else { ExtendedColorType::Rgb8 }
+}
+
+fn unwritable(format: Format, error: &ImageError) -> ImageErrorKind {
+    ImageErrorKind::NotWritable { format, reason: error.to_string() }
+}
+
+pub fn decode_bmp(bytes: &[u8], space: ColorSpace) -> Result<Decoded> {
+    // The size stands at byte 18, in words in the oldest files; rows from the top have a negative height.
+    let mut source = Source { format: Format::Bmp, bytes, at: 14 };
+    let header =
+        u32::from_le_bytes(*source.take(4, "the length of the header")?.first_chunk().unwrap_or(&[0; 4]));
+    let [width, height] = if header == 12 {
+        let h = source.take(4, "the size")?;
+        [[h[0], h[1]], [h[2], h[3]]].map(|n| u64::from(u16::from_le_bytes(n)))
+    } else {
+        let h = source.take(8, "the size")?;
+        let side = |at: usize| i32::from_le_bytes([h[at], h[at + 1], h[at + 2], h[at + 3]]);
+        [u64::try_from(side(0)).unwrap_or(0), side(4).unsigned_abs().into()]
+    };
+    source.at = 18;
+    check_size(&source, [width, height], BMP_PIXELS_PER_BYTE)?;
+    run(Format::Bmp, bytes, space, BMP_PIXELS_PER_BYTE, |cursor| Ok(Box::new(BmpDecoder::new(cursor)?)))
+}
+
+pub fn decode_gif(bytes: &[u8], space: ColorSpace) -> Result<Decoded> {
+    run(Format::Gif, bytes, space, GIF_PIXELS_PER_BYTE, |cursor| Ok(Box::new(GifDecoder::new(cursor)?)))
+}
+
+pub fn decode_webp(bytes: &[u8], space: ColorSpace) -> Result<Decoded> {
+    run(Format::Webp, bytes, space, WEBP_PIXELS_PER_BYTE, |cursor| Ok(Box::new(WebPDecoder::new(cursor)?)))
+}
+
+fn check_size(source: &Source<'_>, [width, height]: [u64; 2], pixels_per_byte: u64) -> Result<(u32, u32)> {
+    let length = source.bytes.len() as u64;
+    source.check_size(width, height, pixels_per_byte.max(SMALL.div_ceil(length.max(1))))
+}
+
+/// A decoder of the library that has read the header.
+type Open = for<'c> fn(&'c mut Cursor<&[u8]>) -> ImageResult<Box<dyn ImageDecoder + 'c>>;
+
+fn run(format: Format, bytes: &[u8], space: ColorSpace, pixels_per_byte: u64, open: Open) -> Result<Decoded> {
+    let mut cursor = Cursor::new(bytes);
+    let decoded = open(&mut cursor).map_err(Fault::Library).and_then(|mut decoder| {
+        let (width, height) = decoder.dimensions();
+        // GIF states its size behind the mark, WebP in one of three ways behind that of its first chunk.
+        let source = Source { format, bytes, at: if format == Format::Gif { 6 } else { 12 } };
+        let size = check_size(&source, [width.into(), height.into()], pixels_per_byte)?;
+        let color = decoder.color_type();
+        let mut limits = Limits::no_limits();
+        limits.max_alloc = Some(2 * decoder.total_bytes() + SPARE);
+        decoder.set_limits(limits)?;
+        let mut codes = zeroed::<u8>(size.0, size.1, color.channel_count().into())?;
+        decoder.read_image_boxed(&mut codes)?;
+        Ok((size, color, codes))
+    });
+    let (size, color, codes) = decoded.map_err(|fault| told(format, bytes, cursor.position(), fault))?;
+    let codes = if color == ColorType::Rgba8 { without_idle_alpha(codes) } else { codes };
+    let channels = (codes.len() / (size.0 as usize * size.1 as usize)) as u32;
+    let transfer = Transfer::of(space, Transfer::Srgb);
+    let mut samples = room(size.0, size.1, channels)?;
+    linearise(codes.into_iter().map(u16::from), 255, channels, transfer, &mut samples);
+    Ok(finish(format, size, channels, samples, transfer != Transfer::Linear))
+}
+
+/// What the decoding library says, or what we do.
+enum Fault {
+    Library(ImageError),
+    Ours(ImageErrorKind),
+}
+
+impl From<ImageError> for Fault {
+    fn from(error: ImageError) -> Self {
+        Self::Library(error)
+    }
+}
+
+impl From<ImageErrorKind> for Fault {
+    fn from(kind: ImageErrorKind) -> Self {
+        Self::Ours(kind)
+    }
+}
+
+/// A fault with the place that the decoder had reached.
+fn told(format: Format, bytes: &[u8], reached: u64, fault: Fault) -> ImageErrorKind {
+    let at = usize::try_from(reached).map_or(bytes.len(), |at| at.min(bytes.len()));
+    let source = Source { format, bytes, at };
+    match fault {
+        Fault::Ours(kind) => kind,
+        Fault::Library(ImageError::IoError(e)) if e.kind() == ErrorKind::UnexpectedEof => {
+            source.fault("the end of the file", "the rest of the picture")
+        }
+        Fault::Library(ImageError::Unsupported(what)) => {
+            source.unsupported(one_line(&what.to_string()), format!("a usual {format} file"))
+        }
+        Fault::Library(error) => source.fault(one_line(&error.to_string()), format!("valid {format} data")),
+    }
+}
+
+fn one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ").replace('"', "")
+}
+
+/// Red, green and blue alone if no pixel is transparent: these formats say too little of whether there is alpha.
+fn without_idle_alpha(codes: Vec<u8>) -> Vec<u8> {
+    let pixels = codes.as_chunks::<4>().0;
+    if pixels.iter().any(|p| p[3] != 255) {
+        return codes;
+    }
+    pixels.iter().flat_map(|p| [p[0], p[1], p[2]]).collect()
+}
