@@ -361,6 +361,10 @@ fn faults_of_data_name_their_place() {
             "ply::index m.ply:14:1 face 1 refers to vertex -1, expected 0 to 2",
         ),
         (
+            format!("{points}{good}7 0 1 2 0 1 2 0\n"),
+            "ply::face m.ply:14:1 face 1 has 7 corners, but the file has only 3 vertices",
+        ),
+        (
             format!("0 0 0\nnan 0 0\n0 1 0\n{good}"),
             "ply::not-finite m.ply:13:1 face 0 uses vertex 1, whose position is not three finite numbers",
         ),

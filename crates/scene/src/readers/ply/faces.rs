@@ -300,9 +300,16 @@ impl Faces {
         if let Some(wild) = row.indices.iter().find(|i| !(0.0..positions.len() as f64).contains(*i)) {
             return reading.wild_index(place, *wild, faults);
         }
-        if row.indices.len() < 3 {
+        let corners_found = row.indices.len();
+        if corners_found < 3 {
             reading.thin.add(place);
             return Some(());
+        }
+        // Those with holes meet some of their vertices twice.
+        if corners_found > 2 * positions.len() {
+            let what =
+                format!("has {corners_found} corners, but the file has only {} vertices", positions.len());
+            return reading.fault(place, "ply::face", &what, faults);
         }
         corners.clear();
         corners.extend(row.indices.iter().map(|i| *i as u32));

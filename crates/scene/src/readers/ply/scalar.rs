@@ -82,24 +82,60 @@ impl Scalar {
         big: bool,
         out: &mut Vec<[u32; 3]>,
     ) -> u32 {
-        let rows = rows.chunks_exact(stride).map(|row| &row[at..]);
-        let rows = rows.take_while(|row| count.is_three(row, big)).map(|row| &row[count.size()..]);
+        let run = Run { rows, stride, at, big };
         match self {
-            Self::I8 => triples(rows, big, out, |b| i32::from(i8::from_le_bytes(b)) as u32),
-            Self::U8 => triples(rows, big, out, |b| u32::from(u8::from_le_bytes(b))),
-            Self::I16 => triples(rows, big, out, |b| i32::from(i16::from_le_bytes(b)) as u32),
-            Self::U16 => triples(rows, big, out, |b| u32::from(u16::from_le_bytes(b))),
-            _ => triples(rows, big, out, u32::from_le_bytes),
+            Self::I8 => run.triangles(count, out, |b| i32::from(i8::from_le_bytes(b)) as u32),
+            Self::U8 => run.triangles(count, out, |b| u32::from(u8::from_le_bytes(b))),
+            Self::I16 => run.triangles(count, out, |b| i32::from(i16::from_le_bytes(b)) as u32),
+            Self::U16 => run.triangles(count, out, |b| u32::from(u16::from_le_bytes(b))),
+            _ => run.triangles(count, out, u32::from_le_bytes),
+        }
+    }
+}
+
+/// Rows of one length with a list of three.
+#[derive(Clone, Copy)]
+struct Run<'a> {
+    rows: &'a [u8],
+    stride: usize,
+    at: usize,
+    big: bool,
+}
+
+impl Run<'_> {
+    fn triangles<const N: usize>(
+        self,
+        count: Scalar,
+        out: &mut Vec<[u32; 3]>,
+        value: impl Fn([u8; N]) -> u32,
+    ) -> u32 {
+        match count.size() {
+            1 => self.of_count::<N, 1>(out, value),
+            2 => self.of_count::<N, 2>(out, value),
+            _ => self.of_count::<N, 4>(out, value),
         }
     }
 
-    #[inline]
-    fn is_three(self, bytes: &[u8], big: bool) -> bool {
-        match self.size() {
-            1 => bytes[0] == 3,
-            2 => u16::from_le_bytes(first(bytes, big)) == 3,
-            _ => u32::from_le_bytes(first(bytes, big)) == 3,
+    /// `C`: bytes of the length of the list.
+    fn of_count<const N: usize, const C: usize>(
+        self,
+        out: &mut Vec<[u32; 3]>,
+        value: impl Fn([u8; N]) -> u32,
+    ) -> u32 {
+        let mut three = [0; C];
+        three[0] = 3;
+        let mut largest = 0;
+        for row in self.rows.chunks_exact(self.stride) {
+            let row = &row[self.at..self.at + C + 3 * N];
+            if first::<C>(row, self.big) != three {
+                break;
+            }
+            let index = |i: usize| value(first(&row[C + i * N..], self.big));
+            let triangle = [index(0), index(1), index(2)];
+            largest = largest.max(triangle[0]).max(triangle[1]).max(triangle[2]);
+            out.push(triangle);
         }
+        largest
     }
 }
 
@@ -125,23 +161,6 @@ fn each<const N: usize>(
     for (out, row) in out.iter_mut().zip(rows.chunks(stride)) {
         *out = value(first(row, big));
     }
-}
-
-#[inline]
-fn triples<'a, const N: usize>(
-    rows: impl Iterator<Item = &'a [u8]>,
-    big: bool,
-    out: &mut Vec<[u32; 3]>,
-    value: impl Fn([u8; N]) -> u32,
-) -> u32 {
-    let mut largest = 0;
-    out.extend(rows.map(|row| {
-        let row = &row[..3 * N];
-        let triangle = [0, N, 2 * N].map(|at| value(first(&row[at..], big)));
-        largest = triangle.into_iter().fold(largest, u32::max);
-        triangle
-    }));
-    largest
 }
 
 #[cfg(test)]
