@@ -246,6 +246,7 @@ fn line_ends_and_comments_of_headers() {
         .replace("1.0\n", "1.0 \ncomment end_header follows\nobj_info num_cols 5\n\n");
     let text = format!("{head}0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
     let plain = mesh(&text);
+    assert_eq!(read(text.replacen("ply", "ply \t", 1).as_bytes()).file().mesh, plain);
     for end in ["\r\n", "\r"] {
         let other = read(text.replace('\n', end).as_bytes());
         assert_eq!(other.file().mesh, plain);
@@ -437,4 +438,15 @@ fn what_is_said_in_vain_is_a_warning() {
     );
     let points = super::ply::read(format!("{}0 0 0\n", header(&format!("vertex 1; {XYZ}"))).as_bytes());
     assert!(points.only().starts_with("warning mesh::empty"));
+}
+
+#[test]
+fn colours_of_faces_with_too_many_numbers_are_not_believed() {
+    for kind in ["uchar", "ushort", "float"] {
+        let color = format!("{kind} red; {kind} green; {kind} blue");
+        let head = header(&format!("vertex 3; {XYZ}; face 1; {LIST}; {color}"));
+        let read = read(format!("{head}0 0 0\n1 0 0\n0 1 0\n3 0 1 2 9 1 1 1 1 1 1 1 1 1\n").as_bytes());
+        assert_eq!(read.file().mesh.face_colors, [[1.0; 3]]);
+        assert!(read.only().starts_with("warning ply::extra m.ply:16:15"), "{}", read.only());
+    }
 }

@@ -14,6 +14,9 @@ use penombre_math::{Vec2, Vec3};
 const HELP: &str =
     "a face has a list `vertex_indices`: the number of its corners, then their vertices, counted from 0";
 
+/// White, whatever the range of the colours.
+const WHITE: [f32; 3] = [f32::INFINITY; 3];
+
 /// The triangles of a file.
 #[derive(Default)]
 pub(super) struct Faces {
@@ -183,8 +186,13 @@ impl Faces {
         rows.check_count(element, faults)?;
         self.pad(layout.has_uvs, layout.colors.is_some());
         let (thin, fans) = (RowTally::default(), RowTally::default());
+        let (first_color, longer_lines) = (self.colors.values.len(), rows.longer_lines());
         let mut reading = Reading { element, rows, vertices, layout, thin, fans };
         self.rows(&mut reading, faults)?;
+        if reading.rows.longer_lines() > longer_lines {
+            // Some programs write a list of colours of corners where the header says `red`, `green` and `blue`.
+            self.colors.values[first_color..].fill(WHITE);
+        }
         let what = "has fewer than 3 corners and is left out";
         reading.tell(&reading.thin, "ply::thin-face", what, HELP, faults);
         let what = "has too many corners and is not convex: cut as a fan from its first corner";
@@ -199,7 +207,7 @@ impl Faces {
             self.uv_indices.resize(self.indices.len(), [NONE; 3]);
         }
         if colors || !self.colors.values.is_empty() {
-            self.colors.values.resize(self.indices.len(), [f32::INFINITY; 3]);
+            self.colors.values.resize(self.indices.len(), WHITE);
         }
     }
 

@@ -55,9 +55,11 @@ pub(super) struct Header<'a> {
     pub end: usize,
 }
 
-/// True if the bytes begin as PLY files do.
+/// True if the bytes begin as PLY files do: with a line `ply`, blanks behind it or not.
 pub(in crate::readers) fn has_magic(bytes: &[u8]) -> bool {
-    bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r")
+    let rest = bytes.strip_prefix(b"ply").unwrap_or(b"");
+    let blanks = rest.iter().take_while(|b| matches!(b, b' ' | b'\t')).count();
+    matches!(rest.get(blanks), Some(b'\n' | b'\r'))
 }
 
 /// Reads the header. `None` after errors.
@@ -98,8 +100,9 @@ impl<'a> Reader<'a, '_> {
     /// Reads the lines behind the first one; the offset behind the last. Lines end as the first does, so that binary
     /// data may begin with any byte.
     fn lines(&mut self, bytes: &'a [u8]) -> Option<usize> {
-        let line_feed = bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r\n");
-        let last = if line_feed { b'\n' } else { b'\r' };
+        let first = bytes.iter().position(|b| matches!(b, b'\n' | b'\r')).unwrap_or(0);
+        let old = bytes[first] == b'\r' && bytes.get(first + 1) != Some(&b'\n');
+        let last = if old { b'\r' } else { b'\n' };
         let mut at = line_end(bytes, 0, last) + 1;
         while at < bytes.len() {
             let end = line_end(bytes, at, last);

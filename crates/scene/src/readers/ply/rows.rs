@@ -66,6 +66,11 @@ impl<'a> Rows<'a> {
         self.at
     }
 
+    /// How many lines so far held more numbers than the header lists.
+    pub fn longer_lines(&self) -> usize {
+        self.extra.count()
+    }
+
     /// Goes to an offset.
     pub fn seek(&mut self, at: usize) {
         self.at = at.min(self.bytes.len());
@@ -292,7 +297,7 @@ impl<'a> Rows<'a> {
 
     /// Tells what stands in vain on lines and behind the last element.
     pub fn finish(&self, faults: &mut Faults<'a>) {
-        let help = "the header may lack a property";
+        let help = "the header may lack a property; colours of such faces are left out, for they may be other numbers";
         let message = "numbers behind those that the header lists are passed over";
         faults.tally("ply::extra", &self.extra, message, help);
         let rest = &self.bytes[self.at..];
