@@ -59,7 +59,7 @@ pub enum Command {
 /// A scene and what the command line changes of it.
 #[derive(Debug, Args)]
 pub struct SceneArgs {
-    /// A scene file (.toml, .json), a mesh (.obj, .off), or a built-in: sphere, square, cornell, sphere-as-given,
+    /// A scene file (.toml, .json), a mesh (.obj, .off, .ply, .stl), or a built-in: sphere, square, cornell, sphere-as-given,
     /// cornell-as-given.
     pub scene: String,
     /// Override a parameter of the scene, e.g. `camera.fov=40` or `material.red.diffuse=[1,0,0]`; repeatable.

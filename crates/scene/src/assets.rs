@@ -1,12 +1,18 @@
 //! The files that a scene names, read once.
 //!
 //! [`Assets::load`] resolves every path, reads, decodes and hashes. After it no path is looked at again.
+//!
+//! Files are read, not mapped: a mapped file that becomes shorter, because another program writes it anew, ends the
+//! process by a signal when its lost pages are touched. A mapping would save a quarter of the time that a large
+//! binary mesh takes (`docs/benchmarks.md`), which is not worth that.
 
 mod paths;
 
 use crate::description::{Node, NodeId, Role, SceneDescription, ValueKind};
 use crate::diagnostic::Diagnostics;
-use crate::readers::{Folders, MeshFile, MeshFormat, MeshSource, MeshTexture, read_mesh};
+use crate::readers::{
+    Folders, MeshFile, MeshFormat, MeshSource, MeshTexture, is_packed, read_mesh, unpack, without_gz,
+};
 use crate::span::{Sources, Span};
 use penombre_image::{ColorSpace, Image, ImageErrorKind, decode};
 use std::collections::{BTreeMap, HashMap};
@@ -156,13 +162,30 @@ impl Loader<'_> {
     /// Reads a mesh file that the scene calls `said`, perhaps a link to the file.
     fn mesh(&mut self, id: NodeId, said: &str, path: &Path, span: Span) -> Option<MeshEntry> {
         let name = self.folders.name_of(path);
-        let Some(format) = MeshFormat::of_path(path).or_else(|| MeshFormat::of_path(Path::new(said))) else {
-            let message =
-                format!("`{name}` is no mesh that is read, expected a name that ends in .obj or .off");
+        let by_name =
+            |path: &Path| MeshFormat::of_path(path).map(|format| (format, without_gz(path) != path));
+        let Some((format, gz)) = by_name(path).or_else(|| by_name(Path::new(said))) else {
+            let endings = MeshFormat::ENDINGS;
+            let message = format!("`{name}` is no mesh that is read, expected a name that ends in {endings}");
             self.out.error("asset::mesh-format", span, message).help =
-                "write it as Wavefront OBJ or as OFF in the program that made it".to_owned();
+                "write it as PLY or OBJ in the program that made it".to_owned();
             return None;
         };
+        let bytes = self.contents(&name, path, gz, span)?;
+        let format = self.format_of(&name, format, &bytes, span);
+        let prefix = self.description.node(id).name.clone();
+        let (folders, sources, out) = (self.folders, &mut *self.sources, &mut *self.out);
+        let mut source = MeshSource { path, name: &name, prefix: &prefix, folders, sources, out };
+        let (file, hash) = std::thread::scope(|scope| {
+            let hash = scope.spawn(|| *blake3::hash(&bytes).as_bytes());
+            let file = read_mesh(format, &bytes, &mut source);
+            (file, hash.join().expect("hashing does not panic"))
+        });
+        Some(MeshEntry { file: file?, hash, users: vec![id] })
+    }
+
+    /// The bytes of a mesh file, unpacked. `gz`: its name says that they are packed.
+    fn contents(&mut self, name: &str, path: &Path, gz: bool, span: Span) -> Option<Vec<u8>> {
         let bytes = match std::fs::read(path) {
             Ok(bytes) => bytes,
             Err(e) => {
@@ -171,11 +194,45 @@ impl Loader<'_> {
                 return None;
             }
         };
-        let prefix = self.description.node(id).name.clone();
-        let (folders, sources, out) = (self.folders, &mut *self.sources, &mut *self.out);
-        let mut source = MeshSource { path, name: &name, prefix: &prefix, folders, sources, out };
-        let file = read_mesh(format, &bytes, &mut source)?;
-        Some(MeshEntry { file, hash: *blake3::hash(&bytes).as_bytes(), users: vec![id] })
+        match (gz, is_packed(&bytes)) {
+            (true, true) => {}
+            (false, false) => return Some(bytes),
+            (false, true) => {
+                let message = format!("`{name}` is compressed with gzip, but its name does not say so");
+                self.out.error("asset::gzip", span, message).help =
+                    "unpack it, or give it a name that ends in .gz".to_owned();
+                return None;
+            }
+            (true, false) => {
+                let message = format!("`{name}` is not compressed with gzip, although its name says so");
+                self.out.warning("asset::gzip", span, message).help = "remove .gz from its name".to_owned();
+                return Some(bytes);
+            }
+        }
+        match unpack(&bytes) {
+            Ok(bytes) => Some(bytes),
+            Err(fault) => {
+                self.out.error("asset::gzip", span, format!("`{name}`: {fault}")).help =
+                    fault.help().to_owned();
+                None
+            }
+        }
+    }
+
+    /// The format of a mesh file whose name says one of them, perhaps the wrong one.
+    fn format_of(&mut self, name: &str, said: MeshFormat, bytes: &[u8], span: Span) -> MeshFormat {
+        match MeshFormat::of_content(bytes) {
+            Some(found) if found != said => {
+                let [found_name, said] = [found, said].map(MeshFormat::name);
+                let message = format!(
+                    "`{name}` is a {found_name} file and read as such, although its name says {said}"
+                );
+                self.out.warning("asset::mesh-content", span, message).help =
+                    "give it a name that says what it is".to_owned();
+                found
+            }
+            _ => said,
+        }
     }
 
     /// Decodes all images: those of nodes and those of mesh files. Faults of nodes are reported here.

@@ -6,6 +6,7 @@
 
 use crate::assets::Assets;
 use crate::description::{Node, Role, SceneDescription, Value, ValueKind};
+use crate::mesh::TriangleMesh;
 use penombre_math::float::tan_degrees;
 use penombre_math::{Bounds3, DVec3, Vec3};
 
@@ -35,13 +36,19 @@ pub fn bare_mesh(file: &str) -> SceneDescription {
     scene
 }
 
+/// The positions that triangles use, each once.
+fn used_positions(mesh: &TriangleMesh) -> impl Iterator<Item = Vec3> {
+    let mut used = vec![false; mesh.positions.len()];
+    mesh.indices.iter().flatten().for_each(|i| used[*i as usize] = true);
+    mesh.positions.iter().zip(used).filter_map(|(p, used)| used.then_some(*p))
+}
+
 /// Adds the camera `auto`, the shape and material `ground` and the lights `key`, `fill` and `sky` to a scene of meshes
 /// (without transforms). A scene whose meshes have no triangle gets the camera only.
 pub fn complete(scene: &mut SceneDescription, assets: &Assets) {
     let shapes: Vec<_> = scene.of_role(Role::Shape).map(|(id, _)| id).collect();
     let meshes = shapes.iter().filter_map(|id| assets.mesh(*id)).map(|file| &file.mesh);
-    let points: Vec<Vec3> =
-        meshes.flat_map(|m| m.indices.iter().flatten().map(|i| m.positions[*i as usize])).collect();
+    let points: Vec<Vec3> = meshes.flat_map(used_positions).collect();
     let bounds = Bounds3::of_points(points.iter().copied());
     let aspect = aspect_of(scene);
     if bounds.is_empty() {

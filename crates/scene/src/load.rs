@@ -11,7 +11,7 @@ use crate::description::SceneDescription;
 use crate::diagnostic::Diagnostics;
 use crate::json::read_json;
 use crate::native::Include;
-use crate::readers::Folders;
+use crate::readers::{Folders, MeshFormat, without_gz};
 use crate::set;
 use crate::span::{FileId, Sources, Span};
 use crate::suggest::{help_for, nearest_file};
@@ -53,8 +53,8 @@ pub struct Loaded {
     pub readable: bool,
 }
 
-/// Loads a scene: a file (`.toml`, or a mesh, `.obj` or `.off`), or a built-in by its name. Never fails: faults are
-/// in the result.
+/// Loads a scene: a file (`.toml`, or a mesh, `.obj`, `.off`, `.ply` or `.stl`, perhaps with `.gz`), or a built-in by
+/// its name. Never fails: faults are in the result.
 pub fn load(source: &str, options: &LoadOptions) -> Loaded {
     let mut loader = Loader {
         loaded: Loaded::default(),
@@ -91,7 +91,8 @@ impl Loader {
     /// The file that the command line names.
     fn file(&mut self, source: &str) {
         let path = Path::new(source);
-        self.loaded.name = path.file_stem().map_or(source.into(), |s| s.to_string_lossy()).into_owned();
+        let plain = if MeshFormat::of_path(path).is_some() { without_gz(path) } else { path };
+        self.loaded.name = plain.file_stem().map_or(source.into(), |s| s.to_string_lossy()).into_owned();
         if let Err(fault) = check_regular(path, source) {
             self.not_a_file(source, &fault);
             return;
@@ -163,7 +164,7 @@ impl Loader {
     /// All bytes of a scene file.
     fn read(&mut self, path: &Path, name: &str, span: Span) -> Option<Vec<u8>> {
         let size = path.metadata().map_or(0, |m| m.len());
-        let is_mesh = crate::readers::MeshFormat::of_path(path).is_some();
+        let is_mesh = MeshFormat::of_path(path).is_some();
         if size > LARGEST_SCENE && !is_mesh {
             let message =
                 format!("`{name}` has {size} bytes, expected a scene file of at most {LARGEST_SCENE}");

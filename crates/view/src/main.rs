@@ -13,7 +13,7 @@ use std::process::ExitCode;
 #[derive(Debug, Parser)]
 #[command(name = "penombre-view", version, about, max_term_width = 110)]
 struct Args {
-    /// A scene file (.toml), a mesh (.obj, .off), or a built-in: sphere, square, cornell, sphere-as-given,
+    /// A scene file (.toml), a mesh (.obj, .off, .ply, .stl), or a built-in: sphere, square, cornell, sphere-as-given,
     /// cornell-as-given.
     #[arg(default_value = "sphere")]
     scene: String,

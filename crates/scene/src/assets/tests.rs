@@ -122,10 +122,10 @@ fn an_image_that_cannot_be_decoded_gives_the_plain_colour() {
 #[test]
 fn faults_of_nodes_are_errors() {
     let texture = |name: &str, file: &str| Node::new(Role::Texture, "image", name).with("file", file);
-    let files = [("mesh.obj", "f"), ("m.ply", "ply"), ("bad.png", "no image")];
+    let files = [("mesh.obj", "f"), ("m.3ds", "M"), ("bad.png", "no image")];
     let nodes = vec![
         mesh("missing", "mash.obj"),
-        mesh("format", "m.ply"),
+        mesh("format", "m.3ds"),
         mesh("outside", "../x.obj"),
         texture("a", "bad.png"),
         texture("b", "no.png"),

@@ -1,5 +1,6 @@
 //! What a file is, by its name's ending and its first bytes.
 
+use crate::readers::MeshFormat;
 use std::path::Path;
 
 /// What the loader can do with a file.
@@ -27,7 +28,8 @@ pub struct Unreadable {
 }
 
 /// The formats that are read.
-pub const KNOWN: &str = "scenes are read from .toml and .json, meshes from .obj and .off";
+pub const KNOWN: &str =
+    "scenes are read from .toml and .json, meshes from .obj, .off, .ply and .stl (.gz may follow)";
 
 /// First bytes that tell what a file is.
 const MAGIC: [(&[u8], &str); 16] = [
@@ -50,9 +52,7 @@ const MAGIC: [(&[u8], &str); 16] = [
 ];
 
 /// Formats that this version does not read, by ending.
-const NOT_YET: [(&str, &str); 11] = [
-    ("ply", "a PLY mesh"),
-    ("stl", "an STL mesh"),
+const NOT_YET: [(&str, &str); 9] = [
     ("gltf", "a glTF scene"),
     ("glb", "a binary glTF scene"),
     ("pbrt", "a pbrt scene"),
@@ -71,8 +71,13 @@ fn unreadable(message: String, help: &str) -> Unreadable {
 /// What a file is; `bytes` begin with its first 64, or are all if there are fewer.
 pub fn of_file(path: &Path, bytes: &[u8]) -> Result<FileKind, Unreadable> {
     let ending = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
+    let is_mesh = MeshFormat::of_path(path).is_some();
+    if is_mesh && ending == "gz" {
+        return Ok(FileKind { content: Content::Mesh, guessed: false });
+    }
     if let Some((_, what)) = MAGIC.iter().find(|(magic, _)| bytes.starts_with(magic)) {
         let help = match *what {
+            "compressed with gzip" if is_mesh => "unpack it, or give it a name that ends in .gz",
             what if what.contains("compressed") || what.contains("archive") => "unpack it first",
             "a text in UTF-16" => "save it as UTF-8",
             _ => KNOWN,
@@ -86,7 +91,7 @@ pub fn of_file(path: &Path, bytes: &[u8]) -> Result<FileKind, Unreadable> {
     }
     let kind = |content| Ok(FileKind { content, guessed: false });
     match ending.as_str() {
-        "obj" | "off" => kind(Content::Mesh),
+        _ if is_mesh => kind(Content::Mesh),
         _ if bytes.iter().all(u8::is_ascii_whitespace) => {
             Err(unreadable("is empty, expected a scene or mesh".to_owned(), KNOWN))
         }
@@ -111,6 +116,8 @@ fn guess(bytes: &[u8]) -> Result<FileKind, Unreadable> {
         Err(Unreadable { message: format!("looks like {what}, but its name does not say so"), help })
     };
     match words[..] {
+        ["ply"] => looks_like("a PLY mesh", ".ply"),
+        ["solid", ..] => looks_like("an STL mesh", ".stl"),
         ["OFF" | "COFF" | "NOFF" | "CNOFF" | "STOFF", ..] => looks_like("an OFF mesh", ".off"),
         ["v" | "vn" | "vt" | "mtllib" | "o" | "g" | "f", _, ..] => looks_like("an OBJ mesh", ".obj"),
         _ => Err(unreadable("is neither a scene nor a mesh that can be read".to_owned(), KNOWN)),

@@ -132,12 +132,13 @@ fn missing_files_suggest_what_is_there() {
 #[test]
 fn other_kinds_of_files_are_called_by_their_name() {
     let dir = folder(&[
-        ("a.ply", "ply\n"),
+        ("a.gltf", "{}"),
         ("a.JSON", "{}"),
         ("empty.toml", " \n"),
         ("no-ending", "# mine\n\npenombre = 1\n"),
         ("mesh", "OFF\n3 1 0\n"),
         ("mesh2", "v 0 0 0\n"),
+        ("mesh3", "ply\nformat ascii 1.0\n"),
         ("words.txt", "hello"),
     ]);
     for (name, bytes) in [
@@ -152,14 +153,16 @@ fn other_kinds_of_files_are_called_by_their_name() {
     }
     let message = |name: &str| faults(&load_in(&dir, name, &[]), &dir);
     assert!(
-        message("a.ply").starts_with("error: `a.ply` is a PLY mesh, which is not read by this version\n")
+        message("a.gltf").starts_with("error: `a.gltf` is a glTF scene, which is not read by this version\n")
     );
+    assert!(message("mesh3").contains("looks like a PLY mesh") && message("mesh3").contains(".ply"));
     assert!(message("empty.toml").contains("is empty"));
     assert!(message("mesh").contains("looks like an OFF mesh") && message("mesh").contains(".off"));
     assert!(message("mesh2").contains("looks like an OBJ mesh"));
     assert!(message("words.txt").contains("is neither a scene nor a mesh"));
     assert!(
-        message("z.obj").contains("is compressed with gzip") && message("z.obj").contains("unpack it first")
+        message("z.obj").contains("is compressed with gzip")
+            && message("z.obj").contains("unpack it, or give it a name")
     );
     assert!(message("zlib.obj").contains("is compressed with zlib"));
     assert!(message("p.toml").contains("is a PNG image"));

@@ -5,13 +5,16 @@
 
 mod colors;
 mod faults;
+mod gzip;
 mod lexer;
 mod materials;
 mod mtl;
 mod obj;
 mod off;
+mod ply;
 mod polygon;
 mod soup;
+mod stl;
 
 use crate::assets::{PathFault, resolve};
 use crate::description::{Node, Value};
@@ -19,6 +22,7 @@ use crate::diagnostic::Diagnostics;
 use crate::mesh::TriangleMesh;
 use crate::span::Sources;
 use faults::Faults;
+pub use gzip::{GzipFault, is_packed, unpack, without_gz};
 use std::path::{Path, PathBuf};
 
 /// A mesh file: its triangles and what they are made of.
@@ -99,15 +103,40 @@ pub enum MeshFormat {
     Off,
     /// Wavefront's object file.
     Obj,
+    /// The polygon file format of Stanford.
+    Ply,
+    /// The format of stereolithography.
+    Stl,
 }
 
 impl MeshFormat {
-    /// The format by the ending of a file's name, in upper or lower case.
+    /// How the names of mesh files end, for messages.
+    pub const ENDINGS: &str = ".obj, .off, .ply or .stl (or one of these and .gz)";
+
+    /// The format by the ending of a file's name, in upper or lower case; `.gz` may follow it.
     pub fn of_path(path: &Path) -> Option<Self> {
-        match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
+        let inner = without_gz(path);
+        match inner.extension()?.to_str()?.to_ascii_lowercase().as_str() {
             "off" => Some(Self::Off),
             "obj" => Some(Self::Obj),
+            "ply" => Some(Self::Ply),
+            "stl" => Some(Self::Stl),
             _ => None,
+        }
+    }
+
+    /// The format by the first bytes of a file, where they are certain.
+    pub fn of_content(bytes: &[u8]) -> Option<Self> {
+        ply::has_magic(bytes).then_some(Self::Ply)
+    }
+
+    /// The name of the format.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Off => "OFF",
+            Self::Obj => "OBJ",
+            Self::Ply => "PLY",
+            Self::Stl => "STL",
         }
     }
 }
@@ -117,6 +146,8 @@ pub fn read_mesh(format: MeshFormat, bytes: &[u8], source: &mut MeshSource<'_>) 
     match format {
         MeshFormat::Off => read_off(bytes, source),
         MeshFormat::Obj => read_obj(bytes, source),
+        MeshFormat::Ply => read_ply(bytes, source),
+        MeshFormat::Stl => read_stl(bytes, source),
     }
 }
 
@@ -126,7 +157,25 @@ pub fn read_off(bytes: &[u8], source: &mut MeshSource<'_>) -> Option<MeshFile> {
     let mut faults = Faults::new(bytes, source.path, source.name, source.sources, source.out);
     let mesh = off::parse(bytes, &mut faults)?;
     tell_empty(&mesh, "a triangle is a line such as `3 0 1 2`", &mut faults);
-    Some(MeshFile { mesh, materials: vec![materials::plain(source.prefix)], textures: Vec::new() })
+    Some(plain(mesh, source.prefix))
+}
+
+/// Reads a PLY file \[Turk1994\], text or binary: positions, normals, texture coordinates and colours of vertices;
+/// polygons, their colours, and strips of triangles. Faults go to the source; `None` after errors.
+pub fn read_ply(bytes: &[u8], source: &mut MeshSource<'_>) -> Option<MeshFile> {
+    let mut faults = Faults::new(bytes, source.path, source.name, source.sources, source.out);
+    let mesh = ply::parse(bytes, &mut faults)?;
+    tell_empty(&mesh, "triangles are in the element `face`: points alone are not rendered", &mut faults);
+    Some(plain(mesh, source.prefix))
+}
+
+/// Reads an STL file \[Burns1993\], text or binary, with the colours of binary ones. Corners at one position become
+/// one vertex. Faults go to the source; `None` after errors.
+pub fn read_stl(bytes: &[u8], source: &mut MeshSource<'_>) -> Option<MeshFile> {
+    let mut faults = Faults::new(bytes, source.path, source.name, source.sources, source.out);
+    let mesh = stl::parse(bytes, &mut faults)?;
+    tell_empty(&mesh, "was the right part of the model exported?", &mut faults);
+    Some(plain(mesh, source.prefix))
 }
 
 /// Reads an OBJ file \[WavefrontObj\] and its material libraries \[WavefrontMtl\]. Attribute indices are kept apart,
@@ -140,6 +189,11 @@ pub fn read_obj(bytes: &[u8], source: &mut MeshSource<'_>) -> Option<MeshFile> {
         found.materials.push(materials::plain(source.prefix));
     }
     Some(MeshFile { mesh: file.mesh, materials: found.materials, textures: found.textures })
+}
+
+/// A mesh with the material of files that name none.
+fn plain(mesh: TriangleMesh, prefix: &str) -> MeshFile {
+    MeshFile { mesh, materials: vec![materials::plain(prefix)], textures: Vec::new() }
 }
 
 fn tell_empty(mesh: &TriangleMesh, help: &str, faults: &mut Faults<'_>) {

@@ -39,11 +39,16 @@ impl Read {
     }
 }
 
-/// Reads bytes as if they were the file `m.obj` or `m.off` in a folder.
+/// Reads bytes as if they were the file `m.obj`, `m.off` and so on in a folder.
 pub fn read_in(folder: &Path, format: MeshFormat, bytes: &[u8]) -> Read {
     let (mut sources, mut out) = (Sources::default(), Diagnostics::default());
     let folders = Folders { root: folder.to_owned(), asset_roots: Vec::new() };
-    let name = if format == MeshFormat::Obj { "m.obj" } else { "m.off" };
+    let name = match format {
+        MeshFormat::Obj => "m.obj",
+        MeshFormat::Off => "m.off",
+        MeshFormat::Ply => "m.ply",
+        MeshFormat::Stl => "m.stl",
+    };
     let path = folder.join(name);
     let mut source = MeshSource {
         path: &path,

@@ -7,3 +7,6 @@ mod corpus;
 mod mutated;
 mod obj;
 mod off;
+mod packed;
+mod ply;
+mod stl;

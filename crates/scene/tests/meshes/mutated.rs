@@ -2,6 +2,8 @@
 //! (checked by [`read_in`]) hold whenever a file is accepted.
 
 use crate::common::read_in;
+use crate::ply::as_binary;
+use crate::stl::{TEXT, binary};
 use penombre_scene::readers::MeshFormat;
 use std::path::Path;
 use std::time::Instant;
@@ -22,6 +24,16 @@ const MTL: [&str; 2] = [
     "newmtl m\nKd 0.5 0.25 1\nKs 1\nNs 20\nillum 2\nd 0.5\nnewmtl n\nKe 0 0 0\nfoo\n",
     "newmtl m\nmap_Kd -s 1 2 3 -o 0.1 -clamp on -bm 3 -mm 0 1 -type sphere my file.png\nbump -bm 2 b.png\n",
 ];
+
+const PLY: [&str; 5] = [
+    "ply\nformat ascii 1.0\ncomment c\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nelement face 2\nproperty list uchar int vertex_indices\nend_header\n0 0 0 1 2 3\n1 0 0 4 5 6\n0 1 0 7 8 9\n1 1 0 0 0 0\n3 0 1 2\n3 2 1 3\n",
+    "ply\nformat ascii 1.0\nelement vertex 5\nproperty double x\nproperty double y\nproperty double z\nproperty float nx\nproperty float ny\nproperty float nz\nproperty float s\nproperty float t\nelement face 2\nproperty list uchar ushort vertex_index\nproperty list uchar float texcoord\nproperty float red\nproperty float green\nproperty float blue\nend_header\n0 0 0 0 0 1 0 0\n1 0 0 0 0 1 1 0\n1 1 0 0 0 0 1 1\n0.2 0.2 0 0 0 1 0 1\n0 1 0 0 0 1 0 1\n5 0 1 2 3 4 10 0 0 1 0 1 1 0 1 0 1 0.5 0.5 1\n3 0 1 2 0 1 1 1\n",
+    "ply\nformat ascii 1.0\nelement tristrips 1\nproperty list int int vertex_indices\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nproperty list uchar float more\nend_header\n6 0 1 2 3 -1 0\n0 0 0 0\n1 0 0 1 7\n0 1 0 0\n1 1 0 2 5 5\n",
+    "ply\nformat ascii 1.0\nelement other 2\nproperty list short double a\nproperty char b\nelement vertex 3\nproperty short x\nproperty char y\nproperty uint z\nelement face 1\nproperty list uint uint vertex_indices\nend_header\n2 1 2 3\n0 4\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n",
+    "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face 3\nproperty list uchar int vertex_indices\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n3 0 1 2 1 2 3\n4 0 1 3 2 4 5 6\n3 0 1 3 7 8 9\n",
+];
+
+const HEADER_END: &[u8] = b"end_header\n";
 
 /// Pieces that files are likely to break on.
 const PIECES: [&[u8]; 20] = [
@@ -58,10 +70,14 @@ impl Random {
         ((z ^ (z >> 31)) % n as u64) as usize
     }
 
-    fn mutate(&mut self, corpus: &[&str]) -> Vec<u8> {
-        let mut bytes = corpus[self.below(corpus.len())].as_bytes().to_vec();
+    fn mutate(&mut self, corpus: &[impl AsRef<[u8]>]) -> Vec<u8> {
+        let mut bytes = corpus[self.below(corpus.len())].as_ref().to_vec();
+        // Of files with a long header half are changed behind it only.
+        let header =
+            bytes.windows(HEADER_END.len()).position(|w| w == HEADER_END).map_or(0, |i| i + HEADER_END.len());
+        let from = if header > 0 && self.below(2) == 0 { header } else { 0 };
         for _ in 0..=self.below(4) {
-            let at = self.below(bytes.len() + 1);
+            let at = from.min(bytes.len()) + self.below(bytes.len() + 1 - from.min(bytes.len()));
             let end = (at + self.below(12)).min(bytes.len());
             match self.below(6) {
                 0 => bytes.truncate(at),
@@ -84,17 +100,38 @@ impl Random {
     }
 }
 
-/// Runs 4000 mutations. Some must be accepted and some refused, else the mutations test nothing.
-fn run(format: MeshFormat, corpus: &[&str], seed: u64) {
+/// Runs 4000 mutations; with `PENOMBRE_SLOW=1`, 100 000. Some must be accepted and some refused, else the mutations test
+/// nothing.
+fn run(format: MeshFormat, corpus: &[impl AsRef<[u8]>], seed: u64) {
+    let rounds = if std::env::var_os("PENOMBRE_SLOW").is_some_and(|v| v == "1") { 100_000 } else { 4000 };
     let mut random = Random(seed);
     let begin = Instant::now();
-    let accepted = (0..4000).filter(|_| {
+    let accepted = (0..rounds).filter(|_| {
         let bytes = random.mutate(corpus);
         read_in(Path::new("."), format, &bytes).file.is_some()
     });
     let accepted = accepted.count();
-    assert!((300..3700).contains(&accepted), "{accepted}");
-    assert!(begin.elapsed().as_secs() < 30);
+    assert!((rounds / 40..rounds * 37 / 40).contains(&accepted), "{accepted}");
+    assert!(begin.elapsed().as_secs() < 30 * rounds as u64 / 4000);
+}
+
+#[test]
+fn mutated_ply_files() {
+    run(MeshFormat::Ply, &PLY, 4);
+}
+
+#[test]
+fn mutated_binary_ply_files() {
+    let corpus: Vec<Vec<u8>> = PLY.iter().flat_map(|t| [false, true].map(|big| as_binary(t, big))).collect();
+    run(MeshFormat::Ply, &corpus, 5);
+}
+
+#[test]
+fn mutated_stl_files() {
+    run(MeshFormat::Stl, &[TEXT, &TEXT.replace('\n', "\r\n")], 6);
+    let solid = binary("solid and yet binary", &[([0.0; 9], 0), ([1.0; 9], 0x8123)]);
+    let magics = binary("COLOR=\u{1}\u{2}\u{3}\u{4} MATERIAL=", &[([0.5; 9], 0), ([1.0; 9], 0x8123)]);
+    run(MeshFormat::Stl, &[solid, magics], 7);
 }
 
 #[test]

@@ -194,7 +194,7 @@ impl Browser {
 }
 
 /// Files that can be opened.
-const SCENES: [&str; 3] = ["toml", "obj", "off"];
+const SCENES: [&str; 5] = ["toml", "obj", "off", "ply", "stl"];
 
 impl Purpose {
     /// Whether a file of that name is of interest.

@@ -68,7 +68,7 @@ impl<T: Copy> Indexed<T> {
 impl Shape for Mesh {
     const TYPE_NAME: &'static str = "mesh";
     const SCHEMA: &'static [ParamSpec] = &[
-        ParamSpec::optional("file", Kind::File, "A mesh file (OFF, OBJ); instead of `positions` and `faces`."),
+        ParamSpec::optional("file", Kind::File, "A mesh file (OBJ, OFF, PLY, STL); instead of `positions` and `faces`."),
         ParamSpec::optional("positions", Kind::Vec3List, "Vertices of a mesh given in place.").unit("m"),
         ParamSpec::optional("faces", Kind::Faces, "Its triangles or convex polygons: vertex indices from 0."),
         ParamSpec::optional("normals", Kind::Vec3List, "A normal for each vertex."),
