@@ -4,6 +4,8 @@
 
 mod common;
 mod corpus;
+mod materials;
 mod mutated;
 mod obj;
 mod off;
+mod smoothing;
