@@ -10,7 +10,7 @@
 //!   not black: `glass`, or `rough_glass` if there is Pr above 0. With Tf it is all glass, which lets through Tf; else
 //!   d is the share of its surface that is of Kd and Ks. Other programs write `illum` or Ni alone without meaning.
 
-use super::map::{Map, MapUse};
+use super::map::{Map, MapUse, finite};
 use super::materials::{rgb, short, unique};
 use super::mtl::MtlMaterial;
 use super::{Folders, MeshTexture};
@@ -188,7 +188,7 @@ impl One<'_> {
                 // Images are made of shares: a lamp's brightness is in its number.
                 let brightness = largest(self.said.emission);
                 if of == MapUse::Emission && brightness > 1.0 {
-                    node.set("gain", short(map.gain * brightness).into());
+                    node.set("gain", short(finite(map.gain * brightness)).into());
                 }
                 let (path, what) = (path.clone(), of.what());
                 to.textures.push(MeshTexture { node, path, uses: Vec::new(), what, plain });

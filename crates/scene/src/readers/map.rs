@@ -135,7 +135,7 @@ impl Map {
             }
             b"-mm" => {
                 let (base, gain) = (one(lexer).unwrap_or(0.0), one(lexer).unwrap_or(1.0));
-                (self.base, self.gain) = (self.base + self.gain * base, self.gain * gain);
+                (self.base, self.gain) = (finite(self.base + self.gain * base), finite(self.gain * gain));
             }
             b"-clamp" => self.clamp = lexer.token().is_some_and(|t| t.text == b"on"),
             b"-imfchan" => match lexer.token().and_then(|t| channel(t.text)) {
@@ -159,6 +159,11 @@ impl Map {
             }
         }
     }
+}
+
+/// Products of huge numbers stay numbers that scenes may have.
+pub(super) fn finite(v: f32) -> f32 {
+    v.clamp(f32::MIN, f32::MAX)
 }
 
 /// True for a minus and a letter.
