@@ -50,7 +50,8 @@ pub(super) fn apply(mesh: &mut TriangleMesh, groups: &[Group]) {
     if mesh.normals.is_empty() {
         mesh.normal_indices = vec![[NONE; 3]; mesh.indices.len()];
     }
-    let mut normal_of: HashMap<(u32, u32), u32> = HashMap::new();
+    let own = mesh.normals.len();
+    let mut vertices = Vertices { latest: vec![(0, 0); mesh.positions.len()], others: HashMap::new() };
     for (triangle, group) in groups.iter().enumerate() {
         if !group.is_on() || !mesh.normal_indices[triangle].contains(&NONE) {
             continue;
@@ -58,22 +59,42 @@ pub(super) fn apply(mesh: &mut TriangleMesh, groups: &[Group]) {
         let corners = mesh.indices[triangle];
         let normal = face_normal(&mesh.positions, corners);
         for (k, position) in corners.into_iter().enumerate() {
-            let next = mesh.normals.len() as u32;
-            let index = *normal_of.entry((position, group.0)).or_insert(next);
-            if index == next {
+            let index = vertices.normal(position, *group, mesh.normals.len() as u32);
+            if index as usize == mesh.normals.len() {
                 mesh.normals.push(Vec3::ZERO);
             }
             mesh.normals[index as usize] += normal;
             mesh.normal_indices[triangle][k] = index;
         }
     }
-    for index in normal_of.into_values() {
-        let sum = &mut mesh.normals[index as usize];
+    for sum in &mut mesh.normals[own..] {
         *sum = sum.as_dvec3().normalize_or_zero().as_vec3();
     }
     if mesh.normals.is_empty() {
         // Not smoothed at all: a mesh without any normals would be.
         mesh.normals.push(Vec3::Z);
+    }
+}
+
+/// The normals of vertices by group.
+struct Vertices {
+    /// By position the group that it was last in, 0 for none, and the index of its normal there.
+    latest: Vec<(u32, u32)>,
+    /// Those in other groups: few, for most faces follow others of their group.
+    others: HashMap<(u32, u32), u32>,
+}
+
+impl Vertices {
+    /// The index of a vertex's normal in a group: `next` if it has none yet.
+    fn normal(&mut self, position: u32, group: Group, next: u32) -> u32 {
+        let latest = &mut self.latest[position as usize];
+        if latest.0 != group.0 {
+            if latest.0 != 0 {
+                self.others.insert((position, latest.0), latest.1);
+            }
+            *latest = (group.0, self.others.get(&(position, group.0)).copied().unwrap_or(next));
+        }
+        latest.1
     }
 }
 

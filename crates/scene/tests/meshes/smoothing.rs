@@ -59,6 +59,19 @@ fn groups_are_smooth_within_and_sharp_between() {
 }
 
 #[test]
+fn groups_may_come_again() {
+    // Floor and wall take turns: the vertices of each have one normal.
+    let read = obj(&format!("{ROOF}s 1\nf 1 4 3\ns 2\nf 1 2 5\ns 1\nf 1 3 2\ns 2\nf 1 5 6\n"));
+    let mesh = &read.file().mesh;
+    assert_eq!(mesh.normals.len(), 8);
+    let [floor, wall, again, other] = &mesh.normal_indices[..] else { panic!("four") };
+    assert_eq!((floor[0], wall[0]), (again[0], other[0]));
+    assert_eq!((floor[2], wall[2]), (again[1], other[1]));
+    let is_up = |i: &u32| mesh.normals[*i as usize] == Vec3::Y;
+    assert!(floor.iter().chain(again).all(is_up) && !wall.iter().chain(other).any(is_up));
+}
+
+#[test]
 fn normals_of_the_file_stay() {
     let found = normals("vn 1 0 0\ns 1\nf 1//1 4//1 3//1\nf 1 3 2\ns off\nf 1 2 5\n");
     assert_eq!(found, [[Some(Vec3::X); 3], [Some(Vec3::Y); 3], [None; 3]]);
