@@ -100,7 +100,9 @@ struct ImageFault {
 
 /// A decoded image with the hash of its file, or why there is none.
 type ImageResult = Result<(Arc<Image>, [u8; 32]), ImageFault>;
-type Images = HashMap<PathBuf, ImageResult>;
+/// An image file and what its numbers mean.
+type ImageKey = (PathBuf, ColorSpace);
+type Images = HashMap<ImageKey, ImageResult>;
 
 struct Loader<'a> {
     description: &'a mut SceneDescription,
@@ -240,21 +242,21 @@ impl Loader<'_> {
         let mut nodes = Vec::new();
         for role in [Role::Texture, Role::Light] {
             for (id, name, span) in self.named(role) {
-                nodes.extend(self.find(id, &name, span).map(|path| (id, path, span)));
+                let space = color_space(self.description.node(id));
+                nodes.extend(self.find(id, &name, span).map(|path| (id, (path, space), span)));
             }
         }
-        let of_meshes = meshes.iter().flat_map(|m| &m.file.textures).map(|t| &t.path);
-        let mut paths: Vec<PathBuf> =
-            nodes.iter().map(|(_, path, _)| path).chain(of_meshes).cloned().collect();
-        paths.sort();
-        paths.dedup();
-        let images: Images = paths.iter().cloned().zip(decode_all(&paths, self.folders)).collect();
+        let of_meshes = meshes.iter().flat_map(|m| &m.file.textures).map(image_key);
+        let mut keys: Vec<ImageKey> = nodes.iter().map(|(_, key, _)| key.clone()).chain(of_meshes).collect();
+        keys.sort_by(|a, b| (&a.0, a.1 as u8).cmp(&(&b.0, b.1 as u8)));
+        keys.dedup();
+        let images: Images = keys.iter().cloned().zip(decode_all(&keys, self.folders)).collect();
         for (image, _) in images.values().flatten() {
             self.assets.bytes +=
                 u64::from(image.width()) * u64::from(image.height()) * u64::from(image.channels()) * 4;
         }
-        for (id, path, span) in nodes {
-            match &images[&path] {
+        for (id, key, span) in nodes {
+            match &images[&key] {
                 Ok((image, hash)) => self.place_image(id, image, *hash),
                 Err(fault) => {
                     self.out.error("asset::image", span, fault.message.clone()).help = fault.help.to_owned();
@@ -291,10 +293,10 @@ impl Loader<'_> {
         }
     }
 
-    /// Adds the texture of a mesh file. If it has no image, its material gets its plain colour, and the answer is
+    /// Adds the texture of a mesh file. If it has no image, its materials get their plain values, and the answer is
     /// false.
     fn place_texture(&mut self, texture: &MeshTexture, materials: &mut [Node], images: &Images) -> bool {
-        match &images[&texture.path] {
+        match &images[&image_key(texture)] {
             Ok((image, hash)) => {
                 let id = self.add_or_find(&texture.node);
                 // A node that the scene has itself has its image already, or the fault was reported.
@@ -305,10 +307,10 @@ impl Loader<'_> {
             }
             Err(fault) => {
                 let span = texture.node.param("file").map_or(Span::NONE, |p| p.value.span);
-                let message = format!("{}: the plain colour is used", fault.message);
+                let message = format!("{}: the plain {} is used", fault.message, texture.what);
                 self.out.warning("mtl::image", span, message).help = fault.help.to_owned();
-                for name in ["diffuse", "ambient"] {
-                    materials[texture.slot].set(name, texture.plain.clone());
+                for (material, name) in &texture.uses {
+                    materials[*material].set(name, texture.plain.clone());
                 }
                 false
             }
@@ -322,14 +324,27 @@ impl Loader<'_> {
     }
 }
 
-/// Reads and decodes images on several threads; the results are in the order of the paths.
-fn decode_all(paths: &[PathBuf], folders: &Folders) -> Vec<ImageResult> {
+/// What a node says about the numbers of its image.
+fn color_space(node: &Node) -> ColorSpace {
+    match node.param("encoding").map(|p| &p.value.kind) {
+        Some(ValueKind::String(word)) if word == "linear" => ColorSpace::Linear,
+        Some(ValueKind::String(word)) if word == "srgb" => ColorSpace::Srgb,
+        _ => ColorSpace::Auto,
+    }
+}
+
+fn image_key(texture: &MeshTexture) -> ImageKey {
+    (texture.path.clone(), color_space(&texture.node))
+}
+
+/// Reads and decodes images on several threads; the results are in the order of the keys.
+fn decode_all(keys: &[ImageKey], folders: &Folders) -> Vec<ImageResult> {
     let threads =
-        std::thread::available_parallelism().map_or(1, |n| n.get()).min(MOST_THREADS).min(paths.len());
+        std::thread::available_parallelism().map_or(1, |n| n.get()).min(MOST_THREADS).min(keys.len());
     let next = AtomicUsize::new(0);
     let work = || {
-        let take = || Some(next.fetch_add(1, Ordering::Relaxed)).filter(|i| *i < paths.len());
-        std::iter::from_fn(take).map(|i| (i, decode_one(&paths[i], folders))).collect::<Vec<_>>()
+        let take = || Some(next.fetch_add(1, Ordering::Relaxed)).filter(|i| *i < keys.len());
+        std::iter::from_fn(take).map(|i| (i, decode_one(&keys[i], folders))).collect::<Vec<_>>()
     };
     let mut results: Vec<(usize, ImageResult)> = std::thread::scope(|scope| {
         let workers: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
@@ -339,13 +354,13 @@ fn decode_all(paths: &[PathBuf], folders: &Folders) -> Vec<ImageResult> {
     results.into_iter().map(|(_, result)| result).collect()
 }
 
-fn decode_one(path: &Path, folders: &Folders) -> ImageResult {
+fn decode_one((path, space): &ImageKey, folders: &Folders) -> ImageResult {
     let name = folders.name_of(path);
     let bytes = std::fs::read(path).map_err(|e| ImageFault {
         message: format!("`{name}` cannot be read: {e}"),
         help: UNREADABLE_HELP,
     })?;
-    let decoded = decode(&bytes, Path::new(&name), ColorSpace::Auto)
+    let decoded = decode(&bytes, Path::new(&name), *space)
         .map_err(|e| ImageFault { message: e.to_string(), help: image_help(&e.kind) })?;
     Ok((Arc::new(decoded.image), *blake3::hash(&bytes).as_bytes()))
 }

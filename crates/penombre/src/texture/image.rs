@@ -1,7 +1,10 @@
 //! `image`: an image file over the surface coordinates.
 //!
-//! u runs to the right and v *up* the image, so (0, 0) is its lower left corner and (1, 1) its upper right one.
-//! Values of 8- and 16-bit files are decoded from sRGB, those of float files are linear.
+//! u runs to the right and v *up* the image, so (0, 0) is its lower left corner and (1, 1) its upper right one. A point
+//! of the surface is looked up at `scale` · (u, v) + `offset`. What is found there, v, becomes `base` + `gain` · v.
+//! Unless `encoding` says otherwise, values of 8- and 16-bit files are decoded from sRGB, those of float files are
+//! linear; images that hold no colours (roughness, masks) want `encoding = "linear"`. A `channel` other than `color`
+//! gives grey: that channel alone.
 //!
 //! ```toml
 //! [texture.label]
@@ -9,11 +12,14 @@
 //! file = "label.png"
 //! wrap = "repeat"
 //! filter = "bilinear"
+//! scale = [2, 1]
+//! offset = [0.5, 0]
 //! ```
 
 use super::{Texture, TexturePoint};
 use crate::registry::Context;
 use penombre_image::Image;
+use penombre_math::color::luminance;
 use penombre_math::{Spectrum, Vec2};
 use penombre_scene::params::Params;
 use penombre_scene::{Kind, ParamDefault, ParamSpec, Range};
@@ -27,13 +33,27 @@ enum Wrap {
     Mirror,
 }
 
+/// Which of an image's samples are looked up.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Channel {
+    Color,
+    /// Red, green or blue, by number.
+    One(usize),
+    Alpha,
+    Luminance,
+}
+
 /// An image with a way to look up between and beyond its pixels.
 #[derive(Clone, Debug)]
 pub struct ImageTexture {
     image: Arc<Image>,
     wrap: Wrap,
     bilinear: bool,
+    channel: Channel,
     scale: Vec2,
+    offset: Vec2,
+    base: f32,
+    gain: f32,
 }
 
 impl Texture for ImageTexture {
@@ -58,6 +78,36 @@ impl Texture for ImageTexture {
             ParamDefault::Vec2([1.0, 1.0]),
             "Repetitions per unit of u and of v.",
         ),
+        ParamSpec::with_default(
+            "offset",
+            Kind::Vec2(Range::ANY),
+            ParamDefault::Vec2([0.0, 0.0]),
+            "What is added to u and v after `scale`: 1 is the whole image.",
+        ),
+        ParamSpec::with_default(
+            "encoding",
+            Kind::Choice(&["auto", "srgb", "linear"]),
+            ParamDefault::Text("auto"),
+            "How the file's values tell of light; `auto` is sRGB for 8 and 16 bits and linear for floats.",
+        ),
+        ParamSpec::with_default(
+            "channel",
+            Kind::Choice(&["color", "red", "green", "blue", "alpha", "luminance", "mask"]),
+            ParamDefault::Text("color"),
+            "What is looked up; `mask` is alpha if any of it is below 1, else luminance.",
+        ),
+        ParamSpec::with_default(
+            "base",
+            Kind::Float(Range::ANY),
+            ParamDefault::Float(0.0),
+            "What is added to each value, after `gain`.",
+        ),
+        ParamSpec::with_default(
+            "gain",
+            Kind::Float(Range::ANY),
+            ParamDefault::Float(1.0),
+            "Factor of each value; with `gain = -1` and `base = 1` it is inverted.",
+        ),
     ];
 
     fn build(p: &Params, context: &mut Context<'_, '_>) -> Option<Self> {
@@ -68,11 +118,31 @@ impl Texture for ImageTexture {
             "mirror" => Wrap::Mirror,
             _ => Wrap::Repeat,
         };
-        Some(Self { image, wrap, bilinear: p.choice("filter") == "bilinear", scale: p.vec2("scale") })
+        let channel = Channel::of(p.choice("channel"), &image);
+        Some(Self {
+            image,
+            wrap,
+            bilinear: p.choice("filter") == "bilinear",
+            channel,
+            scale: p.vec2("scale"),
+            offset: p.vec2("offset"),
+            base: p.f32("base"),
+            gain: p.f32("gain"),
+        })
     }
 
     fn color(&self, at: &TexturePoint) -> Spectrum {
-        let uv = at.uv * self.scale;
+        let found = self.lookup(at.uv * self.scale + self.offset);
+        if self.gain == 1.0 && self.base == 0.0 {
+            found
+        } else {
+            found * self.gain + Spectrum::splat(self.base)
+        }
+    }
+}
+
+impl ImageTexture {
+    fn lookup(&self, uv: Vec2) -> Spectrum {
         let (w, h) = (self.image.width() as f32, self.image.height() as f32);
         // Continuous pixel coordinates, y downwards; pixel centres lie at halves.
         let (x, y) = (uv.x * w, (1.0 - uv.y) * h);
@@ -88,12 +158,45 @@ impl Texture for ImageTexture {
         let row = |y| self.pixel(x0, y) * (1.0 - fx) + self.pixel(x0 + 1.0, y) * fx;
         row(y0) * (1.0 - fy) + row(y0 + 1.0) * fy
     }
-}
 
-impl ImageTexture {
     fn pixel(&self, x: f32, y: f32) -> Spectrum {
         let (w, h) = (self.image.width(), self.image.height());
-        Spectrum::from_rgb(self.image.rgb(self.wrap.index(x, w), self.wrap.index(y, h)))
+        let (x, y) = (self.wrap.index(x, w), self.wrap.index(y, h));
+        match self.channel {
+            Channel::Color => Spectrum::from_rgb(self.image.rgb(x, y)),
+            Channel::One(i) => Spectrum::splat(self.image.rgb(x, y)[i]),
+            Channel::Alpha => Spectrum::splat(alpha(self.image.pixel(x, y))),
+            Channel::Luminance => Spectrum::splat(luminance(self.image.rgb(x, y))),
+        }
+    }
+}
+
+impl Channel {
+    /// The channel by its word in scene files.
+    fn of(word: &str, image: &Image) -> Self {
+        match word {
+            "red" => Self::One(0),
+            "green" => Self::One(1),
+            "blue" => Self::One(2),
+            "alpha" => Self::Alpha,
+            "luminance" => Self::Luminance,
+            "mask" if is_cut_out(image) => Self::Alpha,
+            "mask" => Self::Luminance,
+            _ => Self::Color,
+        }
+    }
+}
+
+/// True if some pixel is not entirely there.
+fn is_cut_out(image: &Image) -> bool {
+    image.data().chunks_exact(image.channels() as usize).any(|pixel| alpha(pixel) < 1.0)
+}
+
+/// The last of two or four samples; 1 where there is no alpha.
+fn alpha(pixel: &[f32]) -> f32 {
+    match *pixel {
+        [_, a] | [_, _, _, a] => a,
+        _ => 1.0,
     }
 }
 
@@ -122,7 +225,13 @@ mod tests {
         // Upper row black and white, lower row 0.25 and 0.5.
         let data = [0.0, 1.0, 0.25, 0.5].iter().flat_map(|v| [*v; 3]).collect();
         let image = Image::from_data(2, 2, 3, data).unwrap();
-        ImageTexture { image: Arc::new(image), wrap, bilinear, scale: Vec2::ONE }
+        of_image(image, wrap, bilinear)
+    }
+
+    fn of_image(image: Image, wrap: Wrap, bilinear: bool) -> ImageTexture {
+        let (scale, offset) = (Vec2::ONE, Vec2::ZERO);
+        let image = Arc::new(image);
+        ImageTexture { image, wrap, bilinear, channel: Channel::Color, scale, offset, base: 0.0, gain: 1.0 }
     }
 
     fn red(t: &ImageTexture, u: f32, v: f32) -> f32 {
@@ -148,5 +257,49 @@ mod tests {
         for wrap in [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp] {
             assert!(red(&texture(wrap, true), 1e30, -1e30).is_finite());
         }
+    }
+
+    #[test]
+    fn is_scaled_then_shifted() {
+        let scaled = ImageTexture {
+            scale: Vec2::new(2.0, 1.0),
+            offset: Vec2::new(0.5, -0.5),
+            ..texture(Wrap::Repeat, false)
+        };
+        let plain = texture(Wrap::Repeat, false);
+        for (u, v) in [(0.1, 0.6), (0.3, 0.9), (0.9, 0.2), (-0.2, 1.4)] {
+            assert_eq!(red(&scaled, u, v), red(&plain, 2.0 * u + 0.5, v - 0.5), "{u} {v}");
+        }
+    }
+
+    #[test]
+    fn values_are_scaled_and_inverted() {
+        let inverted = ImageTexture { base: 1.0, gain: -1.0, ..texture(Wrap::Clamp, false) };
+        assert_eq!(red(&inverted, 0.25, 0.75), 1.0);
+        assert_eq!(red(&inverted, 0.25, 0.25), 0.75);
+        // Beyond all numbers it is black, and then shifted as any other value.
+        assert_eq!(red(&inverted, f32::MAX, f32::INFINITY), 1.0);
+    }
+
+    #[test]
+    fn channels_by_name() {
+        let pixels = |a: f32| vec![0.25, 0.5, 0.75, 1.0, 1.0, 0.0, 0.0, a];
+        let image = |a| Image::from_data(2, 1, 4, pixels(a)).unwrap();
+        let value = |word: &str, a: f32, u: f32| {
+            let channel = Channel::of(word, &image(a));
+            let t = ImageTexture { channel, ..of_image(image(a), Wrap::Repeat, false) };
+            let rgb = t.color(&TexturePoint { uv: Vec2::new(u, 0.5) }).to_rgb();
+            assert!(word == "color" || (rgb[0] == rgb[1] && rgb[1] == rgb[2]));
+            rgb[0]
+        };
+        let first = ["color", "red", "green", "blue", "alpha"].map(|word| value(word, 0.125, 0.25));
+        assert_eq!(first, [0.25, 0.25, 0.5, 0.75, 1.0]);
+        assert_eq!(value("luminance", 0.125, 0.25), luminance([0.25, 0.5, 0.75]));
+        // A mask is alpha where that says anything.
+        assert_eq!(value("mask", 0.125, 0.75), 0.125);
+        assert_eq!(value("mask", 1.0, 0.75), luminance([1.0, 0.0, 0.0]));
+        let grey = Image::from_data(1, 1, 1, vec![0.5]).unwrap();
+        assert_eq!(Channel::of("mask", &grey), Channel::Luminance);
+        assert_eq!((alpha(&[0.5]), alpha(&[0.5, 0.25])), (1.0, 0.25));
     }
 }

@@ -169,3 +169,24 @@ fn many_images_keep_their_nodes() {
         assert_eq!(width.to_string(), (node.name.parse::<u32>().expect("a number") + 1).to_string());
     }
 }
+
+#[test]
+fn an_image_is_decoded_once_for_each_meaning_of_its_numbers() {
+    let texture = |name: &str, encoding: &str| {
+        Node::new(Role::Texture, "image", name).with("file", "p.ppm").with("encoding", encoding)
+    };
+    let plain = Node::new(Role::Texture, "image", "plain").with("file", "p.ppm");
+    let files = [("p.ppm", "P3 1 1 255 51 102 255")];
+    let run =
+        Run::new(&files, vec![texture("a", "linear"), texture("b", "srgb"), plain, texture("c", "auto")]);
+    assert!(run.out.is_empty(), "{:?}", run.out);
+    let image = |name: &str| {
+        let id = run.scene.find(Role::Texture, name).expect("there");
+        run.assets.image(id).expect("decoded").clone()
+    };
+    assert_eq!(image("a").rgb(0, 0), [0.2, 0.4, 1.0]);
+    let decoded = [0.2, 0.4, 1.0].map(penombre_math::color::srgb_decode);
+    assert_eq!(image("b").rgb(0, 0), decoded);
+    assert_eq!(image("plain").rgb(0, 0), decoded);
+    assert!(Arc::ptr_eq(&image("plain"), &image("c")));
+}

@@ -39,6 +39,17 @@ pub(super) struct Lexer<'a> {
     joins_lines: bool,
 }
 
+/// The bytes that end a word; a backslash does only at the end of a line.
+const MAY_END_WORD: [bool; 256] = {
+    let mut ends = [false; 256];
+    let mut b = 0u8;
+    while b < 128 {
+        ends[b as usize] = b.is_ascii_whitespace() || b == b'\\';
+        b += 1;
+    }
+    ends
+};
+
 /// Byte order mark of UTF-8.
 const MARK: &[u8] = b"\xEF\xBB\xBF";
 
@@ -71,13 +82,55 @@ impl<'a> Lexer<'a> {
         if self.bytes.get(start) == Some(&b'#') {
             return None;
         }
-        while let Some(b) = self.bytes.get(self.at) {
-            if b.is_ascii_whitespace() || (*b == b'\\' && self.continuation() > 0) {
+        loop {
+            let rest = &self.bytes[self.at..];
+            self.at += rest.iter().position(|b| MAY_END_WORD[usize::from(*b)]).unwrap_or(rest.len());
+            if self.bytes.get(self.at) != Some(&b'\\') || self.continuation() > 0 {
                 break;
             }
             self.at += 1;
         }
         (self.at > start).then(|| Token { text: &self.bytes[start..self.at], at: start })
+    }
+
+    /// The next word of this line as a plain decimal number. `None` if it is anything else: then nothing is passed over.
+    #[inline]
+    pub fn plain_number(&mut self) -> Option<f32> {
+        self.skip_blanks();
+        let (v, length) = plain_decimal(&self.bytes[self.at..])?;
+        self.pass_word(length).then_some(v)
+    }
+
+    /// The next word of this line as up to three whole numbers between slashes, 0 for those that are not there. `None`
+    /// if it is anything else, or if a number has more than nine digits: then nothing is passed over.
+    #[inline]
+    pub fn plain_indices(&mut self) -> Option<[u32; 3]> {
+        self.skip_blanks();
+        let word = &self.bytes[self.at..];
+        let (mut parts, mut at) = ([0u32; 3], 0);
+        for (k, part) in parts.iter_mut().enumerate() {
+            let start = at;
+            while let Some(digit) = word.get(at).map(|b| b.wrapping_sub(b'0')).filter(|d| *d < 10) {
+                *part = part.wrapping_mul(10).wrapping_add(u32::from(digit));
+                at += 1;
+            }
+            if at - start > 9 {
+                return None;
+            }
+            if k == 2 || word.get(at) != Some(&b'/') {
+                break;
+            }
+            at += 1;
+        }
+        (at > 0 && self.pass_word(at)).then_some(parts)
+    }
+
+    /// Passes over that many bytes if a word ends there. False if it does not.
+    #[inline]
+    fn pass_word(&mut self, length: usize) -> bool {
+        let ends = matches!(self.bytes.get(self.at + length), None | Some(b' ' | b'\t' | b'\n' | b'\r'));
+        self.at += if ends { length } else { 0 };
+        ends
     }
 
     /// The rest of this line without blanks at its ends, up to a comment that follows a blank. Not joined with
@@ -170,6 +223,51 @@ pub(super) enum Number {
 /// Reads a word as a number.
 #[inline]
 pub(super) fn number(text: &[u8]) -> Number {
+    match plain_decimal(text) {
+        Some((v, length)) if length == text.len() => Number::Finite(v),
+        _ => any_number(text),
+    }
+}
+
+/// 10⁰ to 10¹⁸, exact.
+const POWERS: [f64; 19] =
+    [1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18];
+
+/// Quickly reads a number such as `-12.345` at the beginning of bytes, rounded once; the second is its length. `None`
+/// for all that is rarer.
+#[inline]
+fn plain_decimal(bytes: &[u8]) -> Option<(f32, usize)> {
+    let negative = bytes.first() == Some(&b'-');
+    let start = usize::from(negative);
+    let (mut mantissa, mut point, mut at) = (0u64, None, start);
+    while let Some(b) = bytes.get(at) {
+        let digit = b.wrapping_sub(b'0');
+        if digit < 10 {
+            mantissa = mantissa.wrapping_mul(10).wrapping_add(u64::from(digit));
+        } else if *b == b'.' && point.is_none() {
+            point = Some(at);
+        } else {
+            break;
+        }
+        at += 1;
+    }
+    let digits = at - start - usize::from(point.is_some());
+    // Up to 18 digits fit 64 bits.
+    if digits == 0 || digits > 18 || mantissa >= 1 << 53 {
+        return None;
+    }
+    let decimals = point.map_or(0, |point| at - 1 - point);
+    // Both are exact, so that this is the double nearest to the number. To round it again gives the single nearest to
+    // the number, unless it lies midway between two of them. None is too small or too large to be normal.
+    let wide = mantissa as f64 / POWERS.get(decimals)?;
+    if wide.to_bits() & 0x1FFF_FFFF == 0x1000_0000 {
+        return None;
+    }
+    let v = wide as f32;
+    Some((if negative { -v } else { v }, at))
+}
+
+fn any_number(text: &[u8]) -> Number {
     let parsed = std::str::from_utf8(text).ok().and_then(|t| t.parse::<f32>().ok());
     match parsed {
         Some(v) if v.is_finite() => Number::Finite(v),
@@ -251,6 +349,68 @@ mod tests {
         assert_eq!(number(b"-1e999"), Number::Overflow);
         for text in ["one", "", "1,5", "0x1", "1e", "\u{661}"] {
             assert_eq!(number(text.as_bytes()), Number::None, "{text}");
+        }
+    }
+
+    #[test]
+    fn plain_decimals_are_what_the_standard_library_reads() {
+        let mut state = 5u64;
+        let mut below = |n: u64| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 33) % n
+        };
+        let mut quick = 0;
+        for i in 0..200_000 {
+            let whole = below(10) as u32;
+            let mut text = if below(2) == 0 { String::from("-") } else { String::new() };
+            text += &below(10u64.pow(whole)).to_string();
+            if below(4) > 0 {
+                text += ".";
+                (0..below(11)).for_each(|_| text += &below(10).to_string());
+            }
+            if i % 8 == 0 {
+                // The middle between two neighbours, and what lies right beside it.
+                let low = f32::from_bits(0x3F80_0000 + below(1 << 23) as u32);
+                let middle = (f64::from(low) + f64::from(low.next_up())) / 2.0;
+                text = format!("{middle:.*}", 13 + below(4) as usize);
+            }
+            let expected: f32 = text.parse().expect("a number");
+            let found = Lexer::new(text.as_bytes(), true).plain_number();
+            quick += usize::from(found.is_some());
+            assert!(found.is_none_or(|v| v.to_bits() == expected.to_bits()), "{text}: {found:?} {expected}");
+            assert_eq!(number(text.as_bytes()), Number::Finite(expected));
+        }
+        assert!(quick > 150_000, "{quick}");
+        for text in
+            ["", "-", ".", "-.", "1..2", "--1", "1-", "1e5", "9007199254740993", "1234567890123456789"]
+        {
+            let mut lexer = Lexer::new(text.as_bytes(), true);
+            assert_eq!((lexer.plain_number(), lexer.offset()), (None, 0), "{text}");
+        }
+        assert_eq!(plain_decimal(b"-0").map(|(v, _)| v.to_bits()), Some((-0.0f32).to_bits()));
+        assert_eq!((plain_decimal(b".5"), plain_decimal(b"5. 3")), (Some((0.5, 2)), Some((5.0, 2))));
+    }
+
+    #[test]
+    fn plain_indices_are_those_of_faces() {
+        let read = |text: &str| {
+            let mut lexer = Lexer::new(text.as_bytes(), true);
+            (lexer.plain_indices(), lexer.offset())
+        };
+        for (text, expected) in [
+            (" 12 3", ([12, 0, 0], 3)),
+            ("1/2\n", ([1, 2, 0], 3)),
+            ("1//3", ([1, 0, 3], 4)),
+            ("1/2/3\r\n", ([1, 2, 3], 5)),
+            ("999999999/0/", ([999_999_999, 0, 0], 12)),
+            ("/7 ", ([0, 7, 0], 2)),
+        ] {
+            assert_eq!(read(text), (Some(expected.0), expected.1), "{text}");
+        }
+        for text in
+            ["", "-1", "1000000000", "4294967297", "1/2/3/4", "1/2/3/", "1.5", "+1", "a", "1\\\n2", "#"]
+        {
+            assert_eq!(read(text), (None, 0), "{text}");
         }
     }
 

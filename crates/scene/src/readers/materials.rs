@@ -2,7 +2,9 @@
 
 use super::faults::Faults;
 use super::lexer::Token;
-use super::mtl::{self, Map, MtlMaterial};
+use super::looks::{Known, Looks};
+use super::map::Map;
+use super::mtl::{self, MtlMaterial};
 use super::obj::ObjFile;
 use super::{Folders, MeshTexture};
 use crate::assets::{PathFault, UNREADABLE_HELP};
@@ -15,27 +17,20 @@ use std::path::{Path, PathBuf};
 /// Diffuse, specular and shininess of what has no material.
 const PLAIN: ([f32; 3], [f32; 3], f32) = ([0.8; 3], [0.04; 3], 32.0);
 
-/// The nodes of a file, one material per slot.
-#[derive(Default)]
-pub(super) struct FileMaterials {
-    pub materials: Vec<Node>,
-    pub textures: Vec<MeshTexture>,
+/// What is used of surfaces about which nothing is said.
+fn unsaid() -> Known {
+    let (diffuse, specular, shininess) = PLAIN;
+    (MtlMaterial { diffuse, specular, shininess, ..MtlMaterial::named(String::new()) }, Vec::new())
 }
 
 /// The material of surfaces about which nothing is said.
 pub(super) fn plain(prefix: &str) -> Node {
     let (diffuse, specular, shininess) = PLAIN;
-    let said = MtlMaterial { diffuse, specular, shininess, ..MtlMaterial::named(String::new()) };
-    node(&said, format!("{prefix}/default"))
-}
-
-/// A `phong` node. It answers ambient light as it answers other light.
-fn node(m: &MtlMaterial, name: String) -> Node {
-    Node::new(Role::Material, "phong", name)
-        .with("diffuse", rgb(m.diffuse))
-        .with("specular", rgb(m.specular))
-        .with("shininess", short(m.shininess))
-        .with("ambient", rgb(m.diffuse))
+    Node::new(Role::Material, "phong", format!("{prefix}/default"))
+        .with("diffuse", rgb(diffuse))
+        .with("specular", rgb(specular))
+        .with("shininess", short(shininess))
+        .with("ambient", rgb(diffuse))
 }
 
 /// A colour as a value.
@@ -44,22 +39,19 @@ pub(super) fn rgb(color: [f32; 3]) -> Value {
 }
 
 /// The number with the fewest digits that rounds to `v`: what the file said, most likely.
-fn short(v: f32) -> f64 {
+pub(super) fn short(v: f32) -> f64 {
     v.to_string().parse().unwrap_or(f64::from(v))
 }
 
-/// A material of a library and the file of its image.
-type Known = (MtlMaterial, Option<PathBuf>);
-
-/// Reads the libraries of an OBJ file and makes the nodes of its slots. `None` after an error.
+/// Reads the libraries of an OBJ file and makes the nodes: those of its slots, what they are made of, and the images
+/// that they use. `None` after an error.
 pub(super) fn of_obj(
     file: &ObjFile<'_>,
     path: &Path,
     prefix: &str,
     folders: &Folders,
     faults: &mut Faults<'_>,
-) -> Option<FileMaterials> {
-    let mut found = FileMaterials::default();
+) -> Option<(Vec<Node>, Vec<MeshTexture>)> {
     let mut known: Vec<Known> = Vec::new();
     let mut sound = true;
     let mut read = HashSet::new();
@@ -75,58 +67,21 @@ pub(super) fn of_obj(
     for material in &known {
         by_name.entry(&material.0.name).or_insert(material);
     }
-    let mut names = HashMap::new();
+    let unsaid = unsaid();
+    let mut looks = Looks::new(file.slots.len(), prefix, folders);
     for slot in &file.slots {
-        let material = match slot {
-            None => None,
-            Some(name) => match by_name.get(name.lossy().as_str()) {
-                Some(known) => Some((*known).clone()),
-                None => {
-                    undefined(*name, !file.libraries.is_empty(), &known, faults);
-                    None
-                }
-            },
+        let Some(name) = slot else {
+            looks.add(&unsaid, "default");
+            continue;
         };
-        let wanted = slot.map_or_else(|| "default".to_owned(), |name| name.lossy());
-        let name = unique(&wanted, prefix, &mut names);
-        found.add(material, name, folders);
-    }
-    (sound && !faults.failed()).then_some(found)
-}
-
-impl FileMaterials {
-    /// Adds the material of the next slot.
-    fn add(&mut self, material: Option<Known>, name: String, folders: &Folders) {
-        let Some((said, file)) = material else {
-            let mut node = plain("");
-            node.name = name;
-            self.materials.push(node);
-            return;
-        };
-        let mut material = node(&said, name.clone());
-        if let (Some(map), Some(path)) = (&said.map, file) {
-            let texture: Value = [("texture", Value::from(name.as_str()))].into();
-            material.set("diffuse", texture.clone());
-            material.set("ambient", texture);
-            let slot = self.materials.len();
-            let node = texture_node(map, &path, name, folders);
-            self.textures.push(MeshTexture { node, path, slot, plain: rgb(said.diffuse) });
+        let name_text = name.lossy();
+        let material = by_name.get(name_text.as_str()).copied();
+        if material.is_none() {
+            undefined(*name, !file.libraries.is_empty(), &known, faults);
         }
-        self.materials.push(material);
+        looks.add(material.unwrap_or(&unsaid), &name_text);
     }
-}
-
-fn texture_node(map: &Map, path: &Path, name: String, folders: &Folders) -> Node {
-    let mut file = Value::from(folders.name_of(path));
-    file.span = map.span;
-    let mut node = Node::new(Role::Texture, "image", name).with("file", file);
-    if map.scale != [1.0; 2] {
-        node = node.with("scale", map.scale.map(short));
-    }
-    if map.clamp {
-        node = node.with("wrap", "clamp");
-    }
-    node
+    (sound && !faults.failed()).then(|| looks.finish())
 }
 
 fn undefined(name: Token<'_>, has_library: bool, known: &[Known], faults: &mut Faults<'_>) {
@@ -151,7 +106,7 @@ fn undefined(name: Token<'_>, has_library: bool, known: &[Known], faults: &mut F
 
 /// `prefix/name`, with a number if another slot has that name. `taken`: the names so far, and the last number that
 /// was given to others of that name.
-fn unique(name: &str, prefix: &str, taken: &mut HashMap<String, u32>) -> String {
+pub(super) fn unique(name: &str, prefix: &str, taken: &mut HashMap<String, u32>) -> String {
     let shown: String =
         name.chars().map(|c| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c }).collect();
     let shown = if shown.is_empty() { "unnamed" } else { &shown };
@@ -257,8 +212,9 @@ fn read_library(
     };
     let mut faults = faults.companion(&bytes, path, &name);
     for material in mtl::parse(&bytes, &mut faults) {
-        let image = material.map.as_ref().and_then(|map| image_of(map, path, obj, folders, &mut faults));
-        known.push((material, image));
+        let find = |map: &Map| Some((map.clone(), image_of(map, path, obj, folders, &mut faults)?));
+        let images = material.maps.iter().filter_map(find).collect();
+        known.push((material, images));
     }
     !faults.failed()
 }
@@ -286,7 +242,7 @@ fn image_of(
         }
         Err(_) if faults.is_hushed() => None,
         Err(fault) => {
-            let message = format!("{fault}: the plain colour is used");
+            let message = format!("{fault}: the plain {} is used", map.of.what());
             faults.at_span(Severity::Warning, "mtl::image", map.span, message, fault.help());
             None
         }

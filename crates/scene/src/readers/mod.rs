@@ -7,12 +7,15 @@ mod colors;
 mod faults;
 mod gzip;
 mod lexer;
+mod looks;
+mod map;
 mod materials;
 mod mtl;
 mod obj;
 mod off;
 mod ply;
 mod polygon;
+mod smoothing;
 mod soup;
 mod stl;
 
@@ -30,7 +33,8 @@ use std::path::{Path, PathBuf};
 pub struct MeshFile {
     /// The triangles.
     pub mesh: TriangleMesh,
-    /// The material nodes by slot, type `phong`; never empty. Their names begin with [`MeshSource::prefix`].
+    /// The material nodes by slot; never empty. Behind them those that `mix` materials are made of. Their names begin
+    /// with [`MeshSource::prefix`].
     pub materials: Vec<Node>,
     /// The images that they use.
     pub textures: Vec<MeshTexture>,
@@ -39,14 +43,16 @@ pub struct MeshFile {
 /// An image that a material of a mesh file uses.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshTexture {
-    /// The texture node, type `image`; has the name of its material. Its `file` is relative to the scene's folder,
-    /// or absolute if it lies below an asset root.
+    /// The texture node, type `image`; has the name of its material, and behind a slash that of its use if it is not
+    /// the diffuse colour. Its `file` is relative to the scene's folder, or absolute if it lies below an asset root.
     pub node: Node,
     /// The file.
     pub path: PathBuf,
-    /// Slot of the material that uses it.
-    pub slot: usize,
-    /// The diffuse colour to be used if the file cannot be decoded.
+    /// Where it is used: indices into [`MeshFile::materials`] and names of parameters.
+    pub uses: Vec<(usize, &'static str)>,
+    /// What messages call it: `colour`, `opacity`.
+    pub what: &'static str,
+    /// What is used if the file cannot be decoded.
     pub plain: Value,
 }
 
@@ -183,12 +189,13 @@ pub fn read_stl(bytes: &[u8], source: &mut MeshSource<'_>) -> Option<MeshFile> {
 pub fn read_obj(bytes: &[u8], source: &mut MeshSource<'_>) -> Option<MeshFile> {
     let mut faults = Faults::new(bytes, source.path, source.name, source.sources, source.out);
     let file = obj::parse(bytes, &mut faults)?;
-    let mut found = materials::of_obj(&file, source.path, source.prefix, source.folders, &mut faults)?;
+    let (mut materials, textures) =
+        materials::of_obj(&file, source.path, source.prefix, source.folders, &mut faults)?;
     tell_empty(&file.mesh, "a triangle is a line such as `f 1 2 3`", &mut faults);
-    if found.materials.is_empty() {
-        found.materials.push(materials::plain(source.prefix));
+    if materials.is_empty() {
+        materials.push(materials::plain(source.prefix));
     }
-    Some(MeshFile { mesh: file.mesh, materials: found.materials, textures: found.textures })
+    Some(MeshFile { mesh: file.mesh, materials, textures })
 }
 
 /// A mesh with the material of files that name none.

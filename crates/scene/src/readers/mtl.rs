@@ -1,12 +1,16 @@
-//! MTL, Wavefront's material libraries \[WavefrontMtl\].
+//! MTL, Wavefront's material libraries \[WavefrontMtl\], and what other programs have added: numbers for physically
+//! based rendering (`Pr`, `Pm`) and emission (`Ke`).
 //!
-//! Used: `newmtl`, `Kd`, `Ks`, `Ns`, `illum` 0 and 1 (no highlight), `map_Kd` with `-s` and `-clamp`. A map replaces
-//! `Kd`. `Ka` is not used: programs write it without meaning; the answer to ambient light is that to other light.
+//! Read: `newmtl`, `Kd`, `Ks`, `Ke`, `Ns`, `d`, `Tr`, `Tf`, `Ni`, `illum`, `Pr`, `Pm`, and the images `map_Kd`, `map_Ks`,
+//! `map_Ke`, `map_d`, `map_Tr`, `map_Pr`, `map_Pm` with their options; what becomes of them says [`super::looks`]. An
+//! image replaces its number. `Tr` is 1 − `d`; `d` counts if they contradict each other. `Ka` is not used: programs
+//! write it without meaning; the answer to ambient light is that to other light. What the renderer does not have, such
+//! as bump maps, is left out with one warning for each kind.
 
 use super::faults::Faults;
 use super::lexer::{Lexer, Number, Token, number};
+use super::map::{Map, MapUse, not_applied};
 use crate::diagnostic::Severity;
-use crate::span::Span;
 
 /// One material of a library.
 #[derive(Clone, Debug, PartialEq)]
@@ -15,101 +19,178 @@ pub(super) struct MtlMaterial {
     pub diffuse: [f32; 3],
     pub specular: [f32; 3],
     pub shininess: f32,
-    pub map: Option<Map>,
-}
-
-/// An image for the diffuse colour.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Map {
-    /// The file as the library names it, with forward slashes.
-    pub file: String,
-    pub span: Span,
-    /// Repetitions per unit of u and v.
-    pub scale: [f32; 2],
-    pub clamp: bool,
+    pub emission: [f32; 3],
+    /// Share of the surface that is there.
+    pub opacity: f32,
+    /// Factor of the light that passes.
+    pub filter: Option<[f32; 3]>,
+    /// Index of refraction, if it is said and one.
+    pub ior: Option<f32>,
+    /// Number of the illumination model.
+    pub model: Option<u8>,
+    /// Roughness, the square root of GGX's α.
+    pub roughness: Option<f32>,
+    /// Share of metal.
+    pub metal: Option<f32>,
+    /// At most one for each use.
+    pub maps: Vec<Map>,
 }
 
 impl MtlMaterial {
     /// A material of that name about which nothing is said.
     pub fn named(name: String) -> Self {
-        Self { name, diffuse: [0.8; 3], specular: [0.0; 3], shininess: 16.0, map: None }
+        Self {
+            name,
+            diffuse: [0.8; 3],
+            specular: [0.0; 3],
+            shininess: 16.0,
+            emission: [0.0; 3],
+            opacity: 1.0,
+            filter: None,
+            ior: None,
+            model: None,
+            roughness: None,
+            metal: None,
+            maps: Vec::new(),
+        }
     }
 }
 
-/// Statements that mean the same as what is rendered without them, with that value.
-const NEUTRAL: [(&str, &str); 5] = [("d", "1"), ("Tr", "0"), ("Ke", "0"), ("Pm", "0"), ("aniso", "0")];
 /// Statements that are never missed.
-const SILENT: [&str; 6] = ["Ka", "Ni", "map_Ka", "illum", "sharpness", "map_aat"];
-/// Statements that a renderer could use and this version does not.
-const UNUSED: [&str; 33] = [
-    "d",
-    "Tr",
-    "Tf",
-    "Ke",
-    "Kt",
-    "Kr",
-    "map_Ks",
-    "map_Ns",
-    "map_Ke",
-    "map_d",
-    "map_bump",
-    "map_Bump",
-    "bump",
-    "disp",
-    "decal",
-    "refl",
-    "norm",
-    "Pr",
-    "Pm",
-    "Ps",
-    "Pc",
-    "Pcr",
-    "aniso",
-    "anisor",
-    "map_Pr",
-    "map_Pm",
-    "map_Ps",
-    "map_Tr",
-    "map_refl",
-    "map_Disp",
-    "map_disp",
-    "map_opacity",
-    "Km",
+const SILENT: [&str; 5] = ["Ka", "map_Ka", "sharpness", "map_aat", "Pcr"];
+/// What a renderer could show and this one does not, by kind, and the statements for it.
+const LEFT_OUT: [(&str, &[&str]); 8] = [
+    ("bump and normal maps", &["bump", "map_bump", "map_Bump", "norm", "map_norm", "map_Norm", "map_Kn"]),
+    ("displacement maps", &["disp", "map_disp", "map_Disp"]),
+    ("decals", &["decal", "map_decal"]),
+    ("reflection maps", &["refl", "map_refl"]),
+    ("maps of `Ns`", &["map_Ns"]),
+    ("sheen and its maps", &["Ps", "map_Ps"]),
+    ("clear coats and anisotropy", &["Pc", "map_Pc", "map_Pcr", "aniso", "anisor", "map_aniso"]),
+    ("factors of transmission and reflection", &["Kt", "Kr", "Km"]),
 ];
+
+/// What is said about transparency in two ways.
+#[derive(Clone, Copy, Default)]
+struct Said<'a> {
+    d: Option<(f32, Token<'a>)>,
+    tr: Option<(f32, Token<'a>)>,
+}
 
 /// Reads a library. Faults are warnings: what cannot be read keeps its default.
 pub(super) fn parse(bytes: &[u8], faults: &mut Faults<'_>) -> Vec<MtlMaterial> {
     let mut lexer = Lexer::new(bytes, true);
     let mut materials: Vec<MtlMaterial> = Vec::new();
-    let mut unused: Vec<(Token<'_>, String)> = Vec::new();
-    let mut matte = Vec::new();
+    let mut said: Vec<Said<'_>> = Vec::new();
     while lexer.next_word_line() {
         let Some(word) = lexer.token() else { continue };
-        match (word.text, materials.last_mut()) {
-            (b"newmtl", _) => {
+        match (word.text, materials.last_mut(), said.last_mut()) {
+            (b"newmtl", _, _) => {
                 let name = lexer.rest().map_or_else(String::new, |t| t.lossy());
                 materials.push(MtlMaterial::named(name));
-                matte.push(false);
+                said.push(Said::default());
             }
-            (b"Kd", Some(m)) => m.diffuse = color(&mut lexer, word, faults).unwrap_or(m.diffuse),
-            (b"Ks", Some(m)) => m.specular = color(&mut lexer, word, faults).unwrap_or(m.specular),
-            (b"Ns", Some(m)) => m.shininess = shininess(&mut lexer, word, faults).unwrap_or(m.shininess),
-            (b"map_Kd", Some(m)) => m.map = map(&mut lexer, word, faults).or(m.map.take()),
-            (b"illum", Some(_)) => {
-                let model = lexer.token();
-                *matte.last_mut().expect("one per material") =
-                    model.is_some_and(|t| matches!(t.text, b"0" | b"1"));
-            }
-            (_, None) => before_material(word, faults),
-            (_, Some(_)) => other(&mut lexer, word, &mut unused, faults),
+            (b"d", Some(_), Some(s)) => s.d = dissolve(&mut lexer, word, faults).or(s.d),
+            (b"Tr", Some(_), Some(s)) => s.tr = dissolve(&mut lexer, word, faults).or(s.tr),
+            (_, Some(m), _) => statement(&mut lexer, word, m, faults),
+            (_, None, _) => before_material(word, faults),
         }
         lexer.next_line();
     }
-    for (material, _) in materials.iter_mut().zip(&matte).filter(|(_, matte)| **matte) {
-        material.specular = [0.0; 3];
+    for (material, said) in materials.iter_mut().zip(said) {
+        finish(material, said, faults);
     }
-    tell_unused(&unused, faults);
     materials
+}
+
+/// Reads what stands behind a word that begins neither a material nor tells of its transparency.
+fn statement(lexer: &mut Lexer<'_>, word: Token<'_>, m: &mut MtlMaterial, faults: &mut Faults<'_>) {
+    match word.text {
+        b"Kd" => m.diffuse = color(lexer, word, faults).unwrap_or(m.diffuse),
+        b"Ks" => m.specular = color(lexer, word, faults).unwrap_or(m.specular),
+        b"Ke" => m.emission = color(lexer, word, faults).unwrap_or(m.emission),
+        b"Tf" => m.filter = color(lexer, word, faults).or(m.filter),
+        b"Ns" => m.shininess = any(lexer, word, faults).unwrap_or(m.shininess),
+        b"Ni" => m.ior = any(lexer, word, faults).filter(|n| *n > 0.0 && *n <= 1000.0),
+        b"Pr" => m.roughness = share(lexer, word, faults).map(|(v, _)| v).or(m.roughness),
+        b"Pm" => m.metal = share(lexer, word, faults).map(|(v, _)| v).or(m.metal),
+        b"illum" => {
+            let model = lexer.token().and_then(|t| std::str::from_utf8(t.text).ok());
+            m.model = model.and_then(|t| t.parse().ok());
+        }
+        text => match MapUse::of_statement(text) {
+            Some(of) => {
+                if let Some(map) = Map::read(lexer, word, of, faults) {
+                    m.maps.retain(|other| other.of != map.of);
+                    m.maps.push(map);
+                }
+            }
+            None => other(lexer, word, faults),
+        },
+    }
+}
+
+/// Settles what depends on several statements.
+fn finish(material: &mut MtlMaterial, said: Said<'_>, faults: &mut Faults<'_>) {
+    // Models without a highlight.
+    if matches!(material.model, Some(0 | 1)) {
+        material.specular = [0.0; 3];
+        material.maps.retain(|map| map.of != MapUse::Specular);
+    }
+    material.opacity = opacity(material, said, faults);
+    if material.opacity == 0.0 && !material.has_map(MapUse::Opacity) && !material.is_glass() {
+        tell_invisible(material, said, faults);
+    }
+    drop_roughness(material, faults);
+}
+
+/// Share of the surface that is there.
+fn opacity(material: &MtlMaterial, said: Said<'_>, faults: &mut Faults<'_>) -> f32 {
+    match (said.d, said.tr) {
+        (Some((d, at)), Some((tr, _))) => {
+            if (1.0 - tr - d).abs() > 0.01 && faults.first("\nTr") {
+                let message = format!(
+                    "`{}` has `d {d}` and `Tr {tr}`, expected `Tr` to be 1 − `d`: `Tr` is not used",
+                    shown(material)
+                );
+                let help =
+                    "`d` is the share of the surface that is there, `Tr` that of the holes; remove one";
+                faults.warning("mtl::transparency", at, message, help);
+            }
+            d
+        }
+        (Some((d, _)), None) => d,
+        (None, Some((tr, _))) => 1.0 - tr,
+        (None, None) => 1.0,
+    }
+}
+
+fn tell_invisible(material: &MtlMaterial, said: Said<'_>, faults: &mut Faults<'_>) {
+    if let Some((_, at)) = said.d.or(said.tr)
+        && faults.first("\ninvisible")
+    {
+        let message = format!("`{}` is wholly transparent: its faces are not seen", shown(material));
+        faults.warning("mtl::transparency", at, message, "`d 1` and `Tr 0` are opaque");
+    }
+}
+
+/// Only metal and glass have a roughness that an image may tell of.
+fn drop_roughness(material: &mut MtlMaterial, faults: &mut Faults<'_>) {
+    let Some(at) = material.maps.iter().position(|map| map.of == MapUse::Roughness) else { return };
+    if material.is_metal() || material.is_glass() {
+        return;
+    }
+    let map = material.maps.remove(at);
+    if faults.first("\nmap_Pr") {
+        let message = "maps of the roughness are rendered for metal and glass alone, and left out here";
+        let help = "`Pm 1` makes metal; without the map the roughness is that of `Pr` or `Ns`";
+        faults.at_span(Severity::Warning, "mtl::left-out", map.span, message, help);
+    }
+}
+
+/// The material's name for a message.
+fn shown(material: &MtlMaterial) -> String {
+    Token { text: material.name.as_bytes(), at: 0 }.shortened()
 }
 
 fn before_material(word: Token<'_>, faults: &mut Faults<'_>) {
@@ -119,49 +200,28 @@ fn before_material(word: Token<'_>, faults: &mut Faults<'_>) {
     }
 }
 
-fn other<'a>(
-    lexer: &mut Lexer<'a>,
-    word: Token<'a>,
-    unused: &mut Vec<(Token<'a>, String)>,
-    faults: &mut Faults<'_>,
-) {
+/// Says what is left out; nothing about numbers that are all zero, which ask for nothing.
+fn other(lexer: &mut Lexer<'_>, word: Token<'_>, faults: &mut Faults<'_>) {
     let text = word.shortened();
     if SILENT.contains(&text.as_str()) {
         return;
     }
-    if !UNUSED.contains(&text.as_str()) {
+    let Some((kind, _)) = LEFT_OUT.iter().find(|(_, words)| words.contains(&text.as_str())) else {
         if faults.first(&text) {
             let message = format!("`{text}` is no statement of MTL that is known here");
-            let help = "it is passed over; what is read is newmtl, Kd, Ks, Ns, illum and map_Kd";
-            advice("mtl::unknown", word, message, help, faults);
+            let help = "it is passed over; materials are made of newmtl, Kd, Ks, Ns, d, Ke, Pr, Pm, map_Kd and so on";
+            let span = faults.span(word.at, word.text.len());
+            faults.at_span(Severity::Advice, "mtl::unknown", span, message, help);
         }
         return;
-    }
-    let zero_or_one = NEUTRAL.iter().find(|(name, _)| *name == text);
-    let neutral: Option<f32> = zero_or_one.and_then(|(_, value)| value.parse().ok());
-    let mut values = std::iter::from_fn(|| lexer.token());
-    if let Some(neutral) = neutral
-        && values.all(|v| number(v.text) == Number::Finite(neutral))
-    {
+    };
+    if std::iter::from_fn(|| lexer.token()).all(|v| number(v.text) == Number::Finite(0.0)) {
         return;
     }
-    if !unused.iter().any(|(_, known)| *known == text) {
-        unused.push((word, text));
+    if faults.first(kind) {
+        let message = format!("`{text}`: {kind} are not rendered and left out");
+        faults.warning("mtl::left-out", word, message, "the material is rendered without them");
     }
-}
-
-fn advice(code: &'static str, word: Token<'_>, message: String, help: &str, faults: &mut Faults<'_>) {
-    let span = faults.span(word.at, word.text.len());
-    faults.at_span(Severity::Advice, code, span, message, help);
-}
-
-/// One remark per library about all that would change the picture and is not used.
-fn tell_unused(unused: &[(Token<'_>, String)], faults: &mut Faults<'_>) {
-    let Some((first, _)) = unused.first() else { return };
-    let names: Vec<&str> = unused.iter().map(|(_, name)| name.as_str()).collect();
-    let message = format!("not used by this version: {}", names.join(", "));
-    let help = "for mirrors, glass and the like give the shape a `material` of the scene";
-    advice("mtl::unused", *first, message, help, faults);
 }
 
 /// Reads `r g b` or one number for grey. `None` after a fault.
@@ -184,15 +244,47 @@ fn color(lexer: &mut Lexer<'_>, word: Token<'_>, faults: &mut Faults<'_>) -> Opt
     }
 }
 
-fn shininess(lexer: &mut Lexer<'_>, word: Token<'_>, faults: &mut Faults<'_>) -> Option<f32> {
+/// Reads one number that must not be negative.
+fn any(lexer: &mut Lexer<'_>, word: Token<'_>, faults: &mut Faults<'_>) -> Option<f32> {
     match lexer.token() {
         Some(text) => value(text, faults),
         None => {
-            let message = "`Ns` has no number, expected one from 0 to 1000";
-            faults.warning("mtl::numbers", word, message, "write `Ns 30`; the default is used");
+            missing(word, "0 to 1000", faults);
             None
         }
     }
+}
+
+/// Reads a number from 0 to 1; larger ones are taken as 1 with a warning.
+fn share<'a>(lexer: &mut Lexer<'a>, word: Token<'_>, faults: &mut Faults<'_>) -> Option<(f32, Token<'a>)> {
+    let Some(text) = lexer.token() else {
+        missing(word, "0 to 1", faults);
+        return None;
+    };
+    let v = value(text, faults)?;
+    if v > 1.0 {
+        let message = format!("`{}` is {}, expected 0 to 1", word.lossy(), text.shortened());
+        faults.warning("mtl::number", text, message, "it is taken as 1");
+    }
+    Some((v.min(1.0), text))
+}
+
+/// Reads the share behind `d` or `Tr`.
+fn dissolve<'a>(lexer: &mut Lexer<'a>, word: Token<'_>, faults: &mut Faults<'_>) -> Option<(f32, Token<'a>)> {
+    let mut ahead = lexer.clone();
+    if let Some(option) = ahead.token()
+        && option.text == b"-halo"
+    {
+        not_applied(option, faults);
+        *lexer = ahead;
+    }
+    share(lexer, word, faults)
+}
+
+fn missing(word: Token<'_>, range: &str, faults: &mut Faults<'_>) {
+    let name = word.lossy();
+    let message = format!("`{name}` has no number, expected one from {range}");
+    faults.warning("mtl::numbers", word, message, format!("write `{name} 1`; the default is used"));
 }
 
 /// Reads a number that must not be negative.
@@ -205,88 +297,4 @@ fn value(text: Token<'_>, faults: &mut Faults<'_>) -> Option<f32> {
             None
         }
     }
-}
-
-/// Reads the options and the file name of a map.
-fn map(lexer: &mut Lexer<'_>, word: Token<'_>, faults: &mut Faults<'_>) -> Option<Map> {
-    let mut found = Map { file: String::new(), span: Span::NONE, scale: [1.0; 2], clamp: false };
-    loop {
-        let mut ahead = lexer.clone();
-        match ahead.token() {
-            Some(option) if option.text.starts_with(b"-") => {
-                *lexer = ahead;
-                option_of(lexer, option, &mut found, faults);
-            }
-            _ => break,
-        }
-    }
-    let Some(name) = lexer.rest() else {
-        let message = format!("`{}` names no file", word.lossy());
-        faults.warning("mtl::map", word, message, "write `map_Kd FILE.png`; the plain colour is used");
-        return None;
-    };
-    let text = name.lossy();
-    let unquoted = text.strip_prefix('"').and_then(|t| t.strip_suffix('"')).unwrap_or(&text);
-    found.file = unquoted.replace('\\', "/");
-    found.span = faults.span(name.at, name.text.len());
-    Some(found)
-}
-
-/// Reads the arguments of one option.
-fn option_of(lexer: &mut Lexer<'_>, option: Token<'_>, map: &mut Map, faults: &mut Faults<'_>) {
-    match option.text {
-        b"-s" => {
-            let [u, v, _] = up_to_three(lexer, 1.0);
-            map.scale = [u, v];
-        }
-        b"-clamp" => map.clamp = lexer.token().is_some_and(|t| t.text == b"on"),
-        b"-o" | b"-t" => {
-            if up_to_three(lexer, 0.0) != [0.0; 3] {
-                not_applied(option, faults);
-            }
-        }
-        b"-mm" => {
-            if (one(lexer), one(lexer)) != (Some(0.0), Some(1.0)) {
-                not_applied(option, faults);
-            }
-        }
-        b"-blendu" | b"-blendv" => {
-            if lexer.token().is_none_or(|t| t.text != b"on") {
-                not_applied(option, faults);
-            }
-        }
-        b"-boost" | b"-cc" | b"-texres" | b"-bm" | b"-imfchan" | b"-type" => {
-            lexer.token();
-            not_applied(option, faults);
-        }
-        _ => {
-            let message = format!("`{}` is no option of a map", option.shortened());
-            let help = "it is passed over with the word behind it; what is read is -s and -clamp";
-            faults.warning("mtl::option", option, message, help);
-            lexer.token();
-        }
-    }
-}
-
-fn not_applied(option: Token<'_>, faults: &mut Faults<'_>) {
-    if faults.first(&option.lossy()) {
-        let message = format!("the option `{}` of a map is not applied by this version", option.lossy());
-        faults.warning("mtl::option", option, message, "the image is used without it");
-    }
-}
-
-fn one(lexer: &mut Lexer<'_>) -> Option<f32> {
-    let mut ahead = lexer.clone();
-    match ahead.token().map(|t| number(t.text)) {
-        Some(Number::Finite(v)) => {
-            *lexer = ahead;
-            Some(v)
-        }
-        _ => None,
-    }
-}
-
-/// Reads one to three numbers; those left out are `default`.
-fn up_to_three(lexer: &mut Lexer<'_>, default: f32) -> [f32; 3] {
-    std::array::from_fn(|_| one(lexer).unwrap_or(default))
 }

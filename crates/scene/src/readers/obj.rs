@@ -1,13 +1,14 @@
 //! OBJ, Wavefront's object files \[WavefrontObj\].
 //!
 //! Read: `v` (with w, which surfaces do not need, or with colours after the position), `vt`, `vn`, `f` in all its
-//! forms with positive and negative indices, polygons, `usemtl`, `mtllib`. Groups, objects and smoothing groups
-//! change nothing: edges are made sharp by the crease angle. Points, lines and free-form surfaces are passed over
-//! with a warning. Colours after a position are taken as sRGB and made linear.
+//! forms with positive and negative indices, polygons, `usemtl`, `mtllib`, and `s` for faces without normals. Groups
+//! and objects change nothing. Points, lines and free-form surfaces are passed over with a warning. Colours after a
+//! position are taken as sRGB and made linear.
 
 use super::colors::{ColorScale, linear};
 use super::faults::{Faults, Tally};
 use super::lexer::{Lexer, Number, Token, integer, number};
+use super::smoothing::Group;
 use super::soup::{Corner, NONE, Soup};
 use crate::mesh::TriangleMesh;
 use penombre_math::{Vec2, Vec3};
@@ -73,7 +74,7 @@ const UNUSED: [(&str, &[&str]); 4] = [
     ("scripts and texture libraries", &["call", "csh", "maplib", "usemap"]),
 ];
 /// Statements that change nothing here.
-const SILENT: [&str; 8] = ["s", "mg", "bevel", "c_interp", "d_interp", "lod", "shadow_obj", "trace_obj"];
+const SILENT: [&str; 7] = ["mg", "bevel", "c_interp", "d_interp", "lod", "shadow_obj", "trace_obj"];
 
 const LINES_HELP: &str =
     "lines of OBJ begin with v, vt, vn, f, o, g, s, usemtl, mtllib or, as comments, with #";
@@ -132,6 +133,7 @@ impl<'a> Reader<'a, '_, 'a> {
                 self.libraries.extend(name);
             }
             b"o" | b"g" => _ = self.name(),
+            b"s" => self.smoothing(word),
             text => self.other(word, text),
         }
     }
@@ -143,6 +145,29 @@ impl<'a> Reader<'a, '_, 'a> {
             self.tallies.names.add(name);
         }
         Some(name)
+    }
+
+    fn smoothing(&mut self, word: Token<'a>) {
+        let said = self.lexer.token();
+        self.soup.group = match said.map(|t| (t.text, integer(t.text))) {
+            Some((_, Some(n))) => Group::number(n),
+            Some((b"on", _)) => Group::number(1),
+            None | Some((b"off" | b"null", _)) => Group::OFF,
+            Some(_) => {
+                if self.faults.first("s") {
+                    let found = said.unwrap_or(word);
+                    let message =
+                        format!("found `{}`, expected a smoothing group or `off`", found.shortened());
+                    self.faults.warning(
+                        "obj::smoothing",
+                        found,
+                        message,
+                        "write `s 1` or `s off`; it is off",
+                    );
+                }
+                Group::OFF
+            }
+        };
     }
 
     fn other(&mut self, word: Token<'a>, text: &[u8]) {
@@ -177,6 +202,10 @@ impl<'a> Reader<'a, '_, 'a> {
     fn numbers<const N: usize>(&mut self, values: &mut [f32; N]) -> Option<(usize, bool)> {
         let mut finite = true;
         for (found, value) in values.iter_mut().enumerate() {
+            if let Some(v) = self.lexer.plain_number() {
+                *value = v;
+                continue;
+            }
             let Some(word) = self.lexer.token() else { return Some((found, finite)) };
             match number(word.text) {
                 Number::Finite(v) => *value = v,
@@ -256,7 +285,18 @@ impl<'a> Reader<'a, '_, 'a> {
     }
 
     fn face(&mut self, word: Token<'a>) {
-        while let Some(text) = self.lexer.token() {
+        loop {
+            let here = self.lexer.clone();
+            if let Some(indices) = self.lexer.plain_indices() {
+                // They count from 1; 0 is none, and so becomes `NONE`.
+                let [position, uv, normal] = indices.map(|i| i.wrapping_sub(1));
+                if position != NONE {
+                    self.soup.corner(Corner { position, uv, normal });
+                    continue;
+                }
+                self.lexer = here;
+            }
+            let Some(text) = self.lexer.token() else { break };
             match self.corner(text) {
                 Some(corner) => self.soup.corner(corner),
                 None => return self.soup.drop_corners(),
@@ -335,6 +375,11 @@ impl<'a> Reader<'a, '_, 'a> {
         let positions = self.soup.positions.len();
         let (normals, uvs) = (self.soup.normals.len() as u32, self.soup.uvs.len() as u32);
         let wild = |i: u32, count: u32| i != NONE && i >= count;
+        let fine =
+            |c: &Corner| (c.position as usize) < positions && !wild(c.normal, normals) && !wild(c.uv, uvs);
+        if self.soup.corners().iter().all(fine) {
+            return;
+        }
         for (line, corners) in self.soup.polygons() {
             if self.faults.is_full() {
                 return;

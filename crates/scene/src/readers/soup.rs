@@ -3,6 +3,7 @@
 use super::faults::{Faults, Tally};
 use super::lexer::Token;
 use super::polygon::{Cut, Triangulator};
+use super::smoothing::{self, Group};
 use crate::mesh::TriangleMesh;
 use penombre_math::{Vec2, Vec3};
 
@@ -24,6 +25,7 @@ struct Polygon {
     /// Offset of its line in the file.
     at: usize,
     slot: u32,
+    group: Group,
 }
 
 /// All that a file says about a surface.
@@ -38,6 +40,8 @@ pub(super) struct Soup<'a> {
     pub face_colors: Vec<[f32; 3]>,
     /// Positions that are no finite numbers, as pairs of index and place in ascending order.
     pub broken: Vec<(u32, Token<'a>)>,
+    /// Smoothing group of the polygons from here on.
+    pub group: Group,
     corners: Vec<Corner>,
     polygons: Vec<Polygon>,
 }
@@ -61,7 +65,12 @@ impl<'a> Soup<'a> {
 
     /// Makes a polygon of the corners since the last one. `at`: offset of its line.
     pub fn finish_polygon(&mut self, at: usize, slot: u32) {
-        self.polygons.push(Polygon { end: self.corners.len(), at, slot });
+        self.polygons.push(Polygon { end: self.corners.len(), at, slot, group: self.group });
+    }
+
+    /// The corners of all polygons.
+    pub fn corners(&self) -> &[Corner] {
+        &self.corners
     }
 
     /// The polygons with their line and corners.
@@ -90,9 +99,11 @@ impl<'a> Soup<'a> {
     /// Cuts the polygons into triangles. Position indices must be in range. Polygons with a corner that is no
     /// finite point are left out with a warning.
     pub fn into_mesh(mut self, faults: &mut Faults<'a>, line: impl Fn(usize) -> Token<'a>) -> TriangleMesh {
-        let mut mesh = TriangleMesh::default();
+        let (mut mesh, parts) = self.room();
         let (mut cutter, mut points, mut triangles) = (Triangulator::default(), Vec::new(), Vec::new());
         let (mut dropped, mut fans) = (Tally::default(), Tally::default());
+        let is_grouped = smoothing::is_needed(self.polygons.iter().map(|p| p.group));
+        let mut groups = Vec::new();
         let mut start = 0;
         for (index, polygon) in self.polygons.iter().enumerate() {
             let corners = &self.corners[start..polygon.end];
@@ -101,15 +112,22 @@ impl<'a> Soup<'a> {
                 dropped.add(at);
                 continue;
             }
-            points.clear();
-            points.extend(corners.iter().map(|c| self.positions[c.position as usize]));
             triangles.clear();
-            if cutter.cut(&points, &mut triangles) == Cut::TooLarge {
-                fans.add(line(polygon.at));
+            if corners.len() == 3 {
+                triangles.push([0, 1, 2]);
+            } else {
+                points.clear();
+                points.extend(corners.iter().map(|c| self.positions[c.position as usize]));
+                if cutter.cut(&points, &mut triangles) == Cut::TooLarge {
+                    fans.add(line(polygon.at));
+                }
             }
             let color = self.face_colors.get(index);
             for triangle in &triangles {
-                push(&mut mesh, triangle.map(|i| corners[i as usize]), polygon.slot, color);
+                parts.push(&mut mesh, triangle.map(|i| corners[i as usize]), polygon.slot, color);
+            }
+            if is_grouped {
+                groups.resize(mesh.indices.len(), polygon.group);
             }
         }
         let message = "a vertex is not a finite point: the faces that use it are left out";
@@ -125,7 +143,29 @@ impl<'a> Soup<'a> {
             self.positions[*index as usize] = Vec3::ZERO;
         }
         self.attributes(&mut mesh);
+        if is_grouped {
+            smoothing::apply(&mut mesh, &groups);
+        }
         mesh
+    }
+
+    /// An empty mesh with room for the triangles, and what they will have.
+    fn room(&self) -> (TriangleMesh, Parts) {
+        let parts = Parts {
+            normals: self.corners.iter().any(|c| c.normal != NONE),
+            uvs: self.corners.iter().any(|c| c.uv != NONE),
+            slots: self.polygons.iter().any(|p| p.slot != 0),
+        };
+        let most = self.corners.len().saturating_sub(2 * self.polygons.len());
+        let room = |needed: bool| Vec::with_capacity(if needed { most } else { 0 });
+        let mesh = TriangleMesh {
+            indices: Vec::with_capacity(most),
+            normal_indices: room(parts.normals),
+            uv_indices: room(parts.uvs),
+            slots: Vec::with_capacity(if parts.slots { most } else { 0 }),
+            ..TriangleMesh::default()
+        };
+        (mesh, parts)
     }
 
     /// The place of the first vertex among the corners that is not finite.
@@ -152,13 +192,30 @@ impl<'a> Soup<'a> {
     }
 }
 
-/// Adds one triangle.
-fn push(mesh: &mut TriangleMesh, corners: [Corner; 3], slot: u32, color: Option<&[f32; 3]>) {
-    mesh.indices.push(corners.map(|c| c.position));
-    mesh.normal_indices.push(corners.map(|c| c.normal));
-    mesh.uv_indices.push(corners.map(|c| c.uv));
-    mesh.slots.push(slot);
-    mesh.face_colors.extend(color);
+/// What the corners and polygons of a file say besides positions.
+#[derive(Clone, Copy)]
+struct Parts {
+    normals: bool,
+    uvs: bool,
+    slots: bool,
+}
+
+impl Parts {
+    /// Adds one triangle.
+    #[inline]
+    fn push(self, mesh: &mut TriangleMesh, corners: [Corner; 3], slot: u32, color: Option<&[f32; 3]>) {
+        mesh.indices.push(corners.map(|c| c.position));
+        if self.normals {
+            mesh.normal_indices.push(corners.map(|c| c.normal));
+        }
+        if self.uvs {
+            mesh.uv_indices.push(corners.map(|c| c.uv));
+        }
+        if self.slots {
+            mesh.slots.push(slot);
+        }
+        mesh.face_colors.extend(color);
+    }
 }
 
 /// Attribute values without indices that equal those of the positions; nothing if no corner uses them.

@@ -127,26 +127,36 @@ const EMPTY: [&str; 14] = [
     "points_emptyface.ply",
 ];
 /// Those in which something is amiss, and what the first warning is about.
-const WARNED: [(&str, &str); 19] = [
+const WARNED: [(&str, &str); 29] = [
+    ("box-complex-material-alpha.obj", "mtl::left-out"),
+    ("box-complex-material.obj", "mtl::left-out"),
     ("box-incomplete-normals.obj", "obj::attribute"),
     ("box-incomplete-uvs.obj", "obj::attribute"),
     ("box-missing-attributes.obj", "obj::attribute"),
     ("box-mixed-attributes-2.obj", "obj::material"),
+    ("box-transparent.obj", "mtl::transparency"),
     ("box-unnormalized.obj", "obj::normal"),
     ("face_in_group_name_mid_file.obj", "obj::attribute"),
+    ("box-texture-options.obj", "mtl::left-out"),
     ("fuze_ascii.ply", "ply::extra"),
     ("issue-92.obj", "mtl::image"),
+    ("issue-95.obj", "mtl::left-out"),
     ("jacked.obj", "obj::library"),
+    ("map-bump.obj", "mtl::left-out"),
     ("missing_material_file.obj", "obj::material"),
     ("mtl filename with whitespace issue46.obj", "obj::library"),
     ("nancolor.obj", "obj::color"),
+    ("norm-texopt.obj", "mtl::left-out"),
     ("notenoughindices.obj", "obj::thin-face"),
     ("obj_with_no_face_in_chunk.obj", "obj::material"),
+    ("pbr-mat-ext.obj", "mtl::left-out"),
+    ("refl.obj", "mtl::left-out"),
     ("skin-weight.obj", "obj::unused"),
     ("smoothing-group-two-squares.obj", "obj::attribute"),
     ("test-nan.obj", "mesh::not-finite"),
-    ("texture-filename-with-whitespace.obj", "mtl::image"),
-    ("texture-options-issue-85.obj", "mtl::option"),
+    ("texture-filename-with-whitespace.obj", "mtl::left-out"),
+    ("texture-options-issue-85.obj", "mtl::left-out"),
+    ("tr-and-d-issue-43.obj", "mtl::transparency"),
 ];
 
 #[test]

@@ -4,9 +4,11 @@
 
 mod common;
 mod corpus;
+mod materials;
 mod mutated;
 mod obj;
 mod off;
 mod packed;
 mod ply;
+mod smoothing;
 mod stl;

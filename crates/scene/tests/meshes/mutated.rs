@@ -14,15 +14,17 @@ const OFF: [&str; 4] = [
     "STNOFF\n3 1\n0 0 0 0 0 1 0 0\n1 0 0 0 0 1 1 0\n0 1 0 0 0 1 0 1\n3 2 1 0 7\n",
     "OFF 5 1 0\n0 0 0 2 0 0 0.5 0.5 0 0 2 0 -1 -1 0\n5 0 1 2 3 4\n",
 ];
-const OBJ: [&str; 4] = [
+const OBJ: [&str; 5] = [
     "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0 1\nv 0 1 0 0.5 0.5 0.5\nusemtl m\nf 1 2 3 4\nf -1 -2 -3\n",
     "v 0 0 0\nvt 0 0\nvn 0 0 1\nv 1 0 0\nvt 1 0 0\nv 0 1 0\ns 1\ng a b\nf 1/1/1 2/2/1 3//1\nf 1 \\\n2 3\n",
     "o x\r\nv -1e-3 .5 1.\r\nv nan 0 inf\r\nv 1 2 3\r\nv 3 2 1\r\nv 0 0.1 0\r\nf 1 3 5 4\r\nf 1 2 3\r\nl 1 2\r\n",
     "v 0 0 0\nv 2 0 0\nv 0.5 0.5 0\nv 0 2 0\nf 1 2 3 4\nusemtl\nf 4 3 2 1 # c\np 1\ncurv2 1 2\n",
+    "v 0 0 0\nv 2 0 0\nv 2 0 2\nv 0 2 0\nf 1 2 3\ns 1\nf 1 2 4\nvn 0 0 1\nf 1//1 2//1 3\ns 2\nf 1 2 3 4\ns off\nf 1 3 4\n",
 ];
-const MTL: [&str; 2] = [
+const MTL: [&str; 3] = [
     "newmtl m\nKd 0.5 0.25 1\nKs 1\nNs 20\nillum 2\nd 0.5\nnewmtl n\nKe 0 0 0\nfoo\n",
     "newmtl m\nmap_Kd -s 1 2 3 -o 0.1 -clamp on -bm 3 -mm 0 1 -type sphere my file.png\nbump -bm 2 b.png\n",
+    "newmtl m\nKe 1 2 3\nPr 0.5\nPm 0.5\nd 0.5\nTr 0.5\nillum 7\nNi 1.5\nTf 1 1 0.5\nnewmtl n\nmap_d -imfchan r -mm 0 1 a.png\nillum 5\nKs 0.5\n",
 ];
 
 const PLY: [&str; 5] = [

@@ -7,12 +7,12 @@ use penombre_scene::readers::MeshFormat;
 use penombre_scene::{Node, ValueKind};
 use std::path::Path;
 
-fn obj(text: &str) -> Read {
+pub fn obj(text: &str) -> Read {
     read_in(Path::new("."), MeshFormat::Obj, text.as_bytes())
 }
 
 /// Reads an OBJ beside other files.
-fn obj_with(text: &str, files: &[(&str, &str)]) -> Read {
+pub fn obj_with(text: &str, files: &[(&str, &str)]) -> Read {
     let folder = tempfile::tempdir().unwrap();
     for (name, content) in files {
         let path = folder.path().join(name);
@@ -22,7 +22,7 @@ fn obj_with(text: &str, files: &[(&str, &str)]) -> Read {
     read_in(folder.path(), MeshFormat::Obj, text.as_bytes())
 }
 
-fn numbers(node: &Node, name: &str) -> Vec<f64> {
+pub fn numbers(node: &Node, name: &str) -> Vec<f64> {
     let number = |kind: &ValueKind| match kind {
         ValueKind::Float(v) => *v,
         other => panic!("{other:?}"),
@@ -290,16 +290,16 @@ fn faults_of_libraries_name_the_library() {
             "warning mtl::image a.mtl:2:8 there is no file `no.png`: the plain colour is used",
         ),
         (
-            "newmtl m\nd 0.5\nKe 1 0 0\nillum 2\nKa 1 1 1\nTr 0\n",
-            "advice mtl::unused a.mtl:2:1 not used by this version: d, Ke",
+            "newmtl m\nbump a.png\nmap_Bump b.png\nKa 1 1 1\nPs 0\nnewmtl n\nnorm c.png\n",
+            "warning mtl::left-out a.mtl:2:1 `bump`: bump and normal maps are not rendered and left out",
         ),
         (
             "newmtl m\nfoo 1\n",
             "advice mtl::unknown a.mtl:2:1 `foo` is no statement of MTL that is known here",
         ),
         (
-            "newmtl m\nmap_Kd -o 0.5 a.mtl\n",
-            "warning mtl::option a.mtl:2:8 the option `-o` of a map is not applied by this version",
+            "newmtl m\nmap_Kd -t 0.5 a.mtl\n",
+            "warning mtl::option a.mtl:2:8 the option `-t` is not applied by this version",
         ),
     ];
     for (library, expected) in cases {
