@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail anywhere")]
 
 mod bits;
+mod corpus;
 mod limits;
 
 use std::path::{Path, PathBuf};
