@@ -4,6 +4,7 @@
 
 mod bits;
 mod convert;
+mod corpus;
 mod editors;
 mod limits;
 mod saves;
