@@ -16,7 +16,7 @@
 //! ```
 
 use super::sampling::{DirectionSampler, SphericalDisk, power};
-use super::{COLOR, Light, LightSample, RADIANCE, SHADOW_SAMPLES, TWO_SIDED};
+use super::{COLOR, Lamp, Light, LightSample, RADIANCE, SHADOW_SAMPLES, TWO_SIDED};
 use crate::registry::Context;
 use crate::shape::AnyShape;
 use crate::shape::disk::Disk;
@@ -31,10 +31,7 @@ pub struct DiskLight {
     center: Vec3,
     frame: Frame,
     radius: f32,
-    color: Spectrum,
-    radiance: Spectrum,
-    two_sided: bool,
-    shadow_samples: u32,
+    lamp: Lamp,
 }
 
 impl Light for DiskLight {
@@ -61,23 +58,20 @@ impl Light for DiskLight {
             center: p.vec3("center"),
             frame: Frame::from_z(normal),
             radius: p.f32("radius"),
-            color: Spectrum::from_rgb(p.color("color")),
-            radiance: Spectrum::from_rgb(p.color("radiance")),
-            two_sided: p.bool("two_sided"),
-            shadow_samples: p.int("shadow_samples") as u32,
+            lamp: Lamp::of_sides(p),
         })
     }
 
     fn classic_color(&self) -> Spectrum {
-        self.color
+        self.lamp.color
     }
 
     fn center(&self) -> Vec3 {
         self.center
     }
 
-    fn shadow_samples(&self) -> u32 {
-        self.shadow_samples
+    fn lamp(&self) -> Option<&Lamp> {
+        Some(&self.lamp)
     }
 
     fn sample_point(&self, u: Vec2) -> Vec3 {
@@ -91,7 +85,7 @@ impl Light for DiskLight {
     }
 
     fn sample_towards(&self, from: Vec3, u: Vec2) -> Option<LightSample> {
-        Some(LightSample::of_shape(self.seen_from(from)?.sample(u), self.frame.z, self.radiance))
+        Some(LightSample::of_shape(self.seen_from(from)?.sample(u), self.frame.z, self.lamp.radiance))
     }
 
     fn pdf_towards(&self, from: Vec3, wi: Vec3, distance: f32) -> f32 {
@@ -99,11 +93,11 @@ impl Light for DiskLight {
     }
 
     fn emitted(&self, normal: Vec3, wo: Vec3) -> Spectrum {
-        if self.two_sided || normal.dot(wo) > 0.0 { self.radiance } else { Spectrum::BLACK }
+        self.lamp.emitted(normal, wo)
     }
 
     fn power(&self, _: f32) -> f32 {
-        power::of_surface(self.radiance.luminance(), PI * self.radius * self.radius, self.two_sided)
+        power::of_surface(self.lamp.radiance.luminance(), PI * self.radius * self.radius, self.lamp.two_sided)
     }
 }
 
@@ -111,6 +105,6 @@ impl DiskLight {
     /// Its shape from that point; `None` if it does not shine there.
     fn seen_from(&self, from: Vec3) -> Option<SphericalDisk> {
         let seen = SphericalDisk::new(from, self.center, self.frame.z, self.radius)?;
-        (self.two_sided || seen.is_in_front()).then_some(seen)
+        (self.lamp.two_sided || seen.is_in_front()).then_some(seen)
     }
 }

@@ -16,6 +16,40 @@ use penombre_scene::{Kind, ParamDefault, ParamSpec, Range};
 use sampling::DirectionSample;
 use sampling::punctual::PunctualSample;
 
+/// What lights with an extent have in common.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lamp {
+    /// In `classic`.
+    color: Spectrum,
+    /// W/(sr·m²)
+    radiance: Spectrum,
+    /// It shines against its normal, too.
+    two_sided: bool,
+    shadow_samples: u32,
+}
+
+impl Lamp {
+    /// From the parameters `color`, `radiance` and `shadow_samples`.
+    fn one_sided(p: &Params) -> Self {
+        Self {
+            color: Spectrum::from_rgb(p.color("color")),
+            radiance: Spectrum::from_rgb(p.color("radiance")),
+            two_sided: false,
+            shadow_samples: p.int("shadow_samples") as u32,
+        }
+    }
+
+    /// From these and `two_sided`.
+    fn of_sides(p: &Params) -> Self {
+        Self { two_sided: p.bool("two_sided"), ..Self::one_sided(p) }
+    }
+
+    /// Radiance towards `wo` where the surface has that normal, W/(sr·m²).
+    fn emitted(&self, normal: Vec3, wo: Vec3) -> Spectrum {
+        if self.two_sided || normal.dot(wo) > 0.0 { self.radiance } else { Spectrum::BLACK }
+    }
+}
+
 /// A source of light.
 pub trait Light: Send + Sync + Sized {
     /// The value of `type` in scene files.
@@ -40,9 +74,14 @@ pub trait Light: Send + Sync + Sized {
     /// the directions towards it are alike.
     fn center(&self) -> Vec3;
 
+    /// What it has in common with others that have an extent.
+    fn lamp(&self) -> Option<&Lamp> {
+        None
+    }
+
     /// Number of shadow rays per shaded point in the `classic` integrator; 0: the light is a point.
     fn shadow_samples(&self) -> u32 {
-        0
+        self.lamp().map_or(0, |lamp| lamp.shadow_samples)
     }
 
     /// The point of the light for `u` in the unit square, uniform over its area.

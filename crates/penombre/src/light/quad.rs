@@ -16,7 +16,7 @@
 //! ```
 
 use super::sampling::{Parallelogram, power};
-use super::{COLOR, Light, LightSample, RADIANCE, SHADOW_SAMPLES, TWO_SIDED};
+use super::{COLOR, Lamp, Light, LightSample, RADIANCE, SHADOW_SAMPLES, TWO_SIDED};
 use crate::registry::Context;
 use crate::shape::AnyShape;
 use crate::shape::quad::Quad;
@@ -31,10 +31,7 @@ pub struct QuadLight {
     sides: [Vec3; 2],
     /// `None`: it has no area.
     shape: Option<Parallelogram>,
-    color: Spectrum,
-    radiance: Spectrum,
-    two_sided: bool,
-    shadow_samples: u32,
+    lamp: Lamp,
 }
 
 impl QuadLight {
@@ -60,23 +57,20 @@ impl Light for QuadLight {
             origin,
             sides,
             shape: Parallelogram::new(origin, sides),
-            color: Spectrum::from_rgb(p.color("color")),
-            radiance: Spectrum::from_rgb(p.color("radiance")),
-            two_sided: p.bool("two_sided"),
-            shadow_samples: p.int("shadow_samples") as u32,
+            lamp: Lamp::of_sides(p),
         })
     }
 
     fn classic_color(&self) -> Spectrum {
-        self.color
+        self.lamp.color
     }
 
     fn center(&self) -> Vec3 {
         self.sample_point(Vec2::splat(0.5))
     }
 
-    fn shadow_samples(&self) -> u32 {
-        self.shadow_samples
+    fn lamp(&self) -> Option<&Lamp> {
+        Some(&self.lamp)
     }
 
     fn sample_point(&self, u: Vec2) -> Vec3 {
@@ -95,7 +89,7 @@ impl Light for QuadLight {
     #[inline]
     fn sample_towards(&self, from: Vec3, u: Vec2) -> Option<LightSample> {
         let sample = self.seen_from(from)?.sample_from(from, u)?;
-        Some(LightSample::of_shape(sample, self.normal(), self.radiance))
+        Some(LightSample::of_shape(sample, self.normal(), self.lamp.radiance))
     }
 
     #[inline]
@@ -105,12 +99,12 @@ impl Light for QuadLight {
 
     #[inline]
     fn emitted(&self, normal: Vec3, wo: Vec3) -> Spectrum {
-        if self.two_sided || normal.dot(wo) > 0.0 { self.radiance } else { Spectrum::BLACK }
+        self.lamp.emitted(normal, wo)
     }
 
     fn power(&self, _: f32) -> f32 {
         let area = self.shape.map_or(0.0, |shape| shape.area());
-        power::of_surface(self.radiance.luminance(), area, self.two_sided)
+        power::of_surface(self.lamp.radiance.luminance(), area, self.lamp.two_sided)
     }
 }
 
@@ -118,6 +112,6 @@ impl QuadLight {
     /// Its shape if it shines towards that point.
     #[inline]
     fn seen_from(&self, from: Vec3) -> Option<&Parallelogram> {
-        self.shape.as_ref().filter(|shape| self.two_sided || shape.faces(from))
+        self.shape.as_ref().filter(|shape| self.lamp.two_sided || shape.faces(from))
     }
 }

@@ -14,7 +14,7 @@
 //! ```
 
 use super::sampling::{DirectionSampler, SphericalCap, power};
-use super::{COLOR, Light, LightSample, RADIANCE, SHADOW_SAMPLES};
+use super::{COLOR, Lamp, Light, LightSample, RADIANCE, SHADOW_SAMPLES};
 use crate::registry::Context;
 use crate::shape::AnyShape;
 use crate::shape::sphere::Sphere;
@@ -28,9 +28,7 @@ use std::f32::consts::TAU;
 pub struct SphereLight {
     center: Vec3,
     radius: f32,
-    color: Spectrum,
-    radiance: Spectrum,
-    shadow_samples: u32,
+    lamp: Lamp,
 }
 
 impl Light for SphereLight {
@@ -53,22 +51,20 @@ impl Light for SphereLight {
         Some(Self {
             center: p.vec3("center"),
             radius: p.f32("radius"),
-            color: Spectrum::from_rgb(p.color("color")),
-            radiance: Spectrum::from_rgb(p.color("radiance")),
-            shadow_samples: p.int("shadow_samples") as u32,
+            lamp: Lamp::one_sided(p),
         })
     }
 
     fn classic_color(&self) -> Spectrum {
-        self.color
+        self.lamp.color
     }
 
     fn center(&self) -> Vec3 {
         self.center
     }
 
-    fn shadow_samples(&self) -> u32 {
-        self.shadow_samples
+    fn lamp(&self) -> Option<&Lamp> {
+        Some(&self.lamp)
     }
 
     fn sample_point(&self, u: Vec2) -> Vec3 {
@@ -83,13 +79,13 @@ impl Light for SphereLight {
     }
 
     fn ball(&self) -> Option<(Vec3, f32, Spectrum)> {
-        Some((self.center, self.radius, self.radiance))
+        Some((self.center, self.radius, self.lamp.radiance))
     }
 
     fn sample_towards(&self, from: Vec3, u: Vec2) -> Option<LightSample> {
         let sample = self.seen_from(from)?.sample(u);
         let normal = (sample.point - self.center).normalize_or_zero();
-        Some(LightSample::of_shape(sample, normal, self.radiance))
+        Some(LightSample::of_shape(sample, normal, self.lamp.radiance))
     }
 
     fn pdf_towards(&self, from: Vec3, wi: Vec3, distance: f32) -> f32 {
@@ -97,11 +93,11 @@ impl Light for SphereLight {
     }
 
     fn emitted(&self, normal: Vec3, wo: Vec3) -> Spectrum {
-        if normal.dot(wo) > 0.0 { self.radiance } else { Spectrum::BLACK }
+        self.lamp.emitted(normal, wo)
     }
 
     fn power(&self, _: f32) -> f32 {
-        power::of_sphere(self.radiance.luminance(), self.radius)
+        power::of_sphere(self.lamp.radiance.luminance(), self.radius)
     }
 }
 
