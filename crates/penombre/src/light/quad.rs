@@ -53,12 +53,7 @@ impl Light for QuadLight {
 
     fn build(p: &Params, _: &mut Context<'_, '_>) -> Option<Self> {
         let (origin, sides) = (p.vec3("origin"), p.sides("sides"));
-        Some(Self {
-            origin,
-            sides,
-            shape: Parallelogram::new(origin, sides),
-            lamp: Lamp::of_sides(p),
-        })
+        Some(Self { origin, sides, shape: Parallelogram::new(origin, sides), lamp: Lamp::of_sides(p) })
     }
 
     fn classic_color(&self) -> Spectrum {

@@ -48,11 +48,7 @@ impl Light for SphereLight {
     ];
 
     fn build(p: &Params, _: &mut Context<'_, '_>) -> Option<Self> {
-        Some(Self {
-            center: p.vec3("center"),
-            radius: p.f32("radius"),
-            lamp: Lamp::one_sided(p),
-        })
+        Some(Self { center: p.vec3("center"), radius: p.f32("radius"), lamp: Lamp::one_sided(p) })
     }
 
     fn classic_color(&self) -> Spectrum {
