@@ -68,8 +68,8 @@ fn inline(value: &Value) -> String {
 
 fn float(v: f64) -> String {
     match v {
-        // No scene has one: a parameter that is NaN is a fault.
-        v if v.is_nan() => "0.0".to_owned(),
+        // Refused when it is read, in its place: no other number would say what is wrong.
+        v if v.is_nan() => "NaN".to_owned(),
         f64::INFINITY => "Infinity".to_owned(),
         f64::NEG_INFINITY => "-Infinity".to_owned(),
         v => format!("{v:?}"),
