@@ -1,10 +1,11 @@
-//! Project tasks: `cargo xtask test [--slow] | fmt [--check] | tidy | gallery | contact-sheet DIR | bench [NAME] | help`.
+//! Project tasks: `cargo xtask test [--slow] | fmt [--check] | tidy | gallery | contact-sheet DIR | fuzz | bench [NAME] | help`.
 #![forbid(unsafe_code)]
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a command of the workshop talks to a person")]
 
 mod bench;
 mod contact_sheet;
 mod format;
+mod fuzz;
 mod gallery;
 mod json;
 mod run;
@@ -23,6 +24,8 @@ cargo xtask TASK
   tidy             house rules: crate and room graph, lengths, forbidden calls, citations
   gallery          renders the pictures of the README into docs/images/
   contact-sheet DIR  draws all meshes, scenes and images below a folder into target/contact-sheet/sheet.png
+  fuzz [TARGET…]   the fuzz targets of fuzz/, all or those named: --minutes N of processor time each (default: 1); --keep
+                   takes inputs that reach more into the kept corpus. Needs cargo-fuzz and a C++ compiler
   bench [NAME]     figures on this machine: kernels, cornell (default: both); agree: where the kernels and Embree differ,
                    who is right; scale: from 10^3 to 10^7 triangles, and 10^6 instances; window: how soon it shows input.
                    kernels and agree take options: --only NAME-PART of a built-in mesh, --mesh FILE (OBJ or OFF,
@@ -48,6 +51,7 @@ fn main() -> ExitCode {
         ["tidy"] => tidy::run(),
         ["gallery"] => gallery::run(),
         ["contact-sheet", folder] => contact_sheet::run(folder),
+        ["fuzz", options @ ..] => fuzz::run(options),
         ["bench"] => bench::run(None, &[]),
         ["bench", name, options @ ..] => bench::run(Some(name), options),
         [] | ["help" | "--help" | "-h"] => {

@@ -1,5 +1,5 @@
 //! Statistics for tests: goodness of fit, means, images, directions on the sphere, and random numbers to feed
-//! them.
+//! them; and the inputs that fuzzing has kept.
 //!
 //! A dev-dependency: it knows no type of the renderer, only slices and closures. It uses the system's
 //! elementary functions, since its verdicts, unlike pictures, need no equal bits.
@@ -10,6 +10,7 @@
 
 #![forbid(unsafe_code)]
 
+mod corpus;
 mod fit;
 mod image;
 mod mean;
@@ -17,6 +18,7 @@ mod rng;
 mod special;
 mod sphere;
 
+pub use corpus::kept_corpus;
 pub use fit::{ChiSquare, TestResult, chi_square, chi_square_uniform, kolmogorov_smirnov, sidak};
 pub use image::{BlockDifference, BlockReport, Layout, MeanImage, compare_blocks};
 pub use mean::{Moments, t_test, welch_t_test, z_test};

@@ -4,6 +4,7 @@
 
 mod common;
 mod corpus;
+mod fuzzed;
 mod materials;
 mod mutated;
 mod obj;

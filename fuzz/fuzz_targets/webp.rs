@@ -1,0 +1,3 @@
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(init: penombre_fuzz::begin(), |data: &[u8]| penombre_fuzz::image(data));
