@@ -14,7 +14,8 @@ use std::path::{Path, PathBuf};
 const RUNS: usize = 3;
 
 /// All benchmarks.
-const NAMES: [&str; 8] = ["kernels", "agree", "scale", "cornell", "window", "peers", "convergence", "noise"];
+const NAMES: [&str; 9] =
+    ["kernels", "agree", "scale", "cornell", "window", "peers", "load", "convergence", "noise"];
 
 /// Runs the benchmark called `name`, or those that take neither a virtual screen nor long: the kernels' and the box. Those of
 /// the kernels take options.
@@ -25,6 +26,7 @@ pub fn run(name: Option<&str>, options: &[&str]) -> Outcome {
         (Some("cornell"), []) => cornell(),
         (Some("window"), []) => window(),
         (Some("peers"), _) => peers::run(options),
+        (Some("load"), _) => peers::load(options),
         (Some("convergence"), _) => convergence::run(options),
         (Some("noise"), _) => noise::run(options),
         (None, _) => kernels(None, &[]).and_then(|()| cornell()),

@@ -31,7 +31,8 @@ cargo xtask TASK
                    kernels and agree take options: --only NAME-PART of a built-in mesh, --mesh FILE (OBJ or OFF,
                    repeatable), --rays N, --reps N, --json; scale: --largest TRIANGLES, --instances N, --rays N, --reps N,
                    --svg FILE, --json; with EMBREE_LIB naming Embree 4's library they compare (agree needs it).
-                   peers: against other renderers, options are those of peers/bench.py; convergence: error by samples per
+                   peers: against other renderers, options are those of peers/bench.py; load: a mesh of 2 million triangles beside
+                   Mitsuba, --reps N, --edge N; convergence: error by samples per
                    pixel, --most N; noise: true by promised error of --noise, --size N, --spp N. They need the test data's
                    `peers`, installed by its setup.sh
   help             this page

@@ -7,6 +7,7 @@
 //! binary mesh takes (`docs/benchmarks.md`), which is not worth that.
 
 mod paths;
+mod read;
 
 use crate::description::{Node, NodeId, Role, SceneDescription, ValueKind};
 use crate::diagnostic::Diagnostics;
@@ -22,6 +23,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 pub(crate) use paths::UNREADABLE_HELP;
 pub use paths::{PathFault, check_regular, resolve};
+use read::read_file;
 
 /// Most threads that decode images.
 const MOST_THREADS: usize = 8;
@@ -188,7 +190,7 @@ impl Loader<'_> {
 
     /// The bytes of a mesh file, unpacked. `gz`: its name says that they are packed.
     fn contents(&mut self, name: &str, path: &Path, gz: bool, span: Span) -> Option<Vec<u8>> {
-        let bytes = match std::fs::read(path) {
+        let bytes = match read_file(path) {
             Ok(bytes) => bytes,
             Err(e) => {
                 self.out.error("asset::unreadable", span, format!("`{name}` cannot be read: {e}")).help =

@@ -103,3 +103,9 @@ pub fn run(options: &[&str]) -> Outcome {
     }
     peers.python(&peers.scripts.join("bench.py"), &words).status()
 }
+/// Loads large meshes beside Mitsuba.
+pub fn load(options: &[&str]) -> Outcome {
+    let options = options.strip_prefix(&["--"]).unwrap_or(options);
+    Call::cargo(&["bench", "-q", "-p", "penombre-scene", "--bench", "load", "--no-run"]).status()?;
+    Peers::find()?.python(&root().join("bench/load/load.py"), options).status()
+}

@@ -77,6 +77,11 @@ impl<'a> Faults<'a> {
         self.errors > 0
     }
 
+    /// True if nothing was told so far.
+    pub fn is_silent(&self) -> bool {
+        self.errors == 0 && self.warnings == 0 && self.said.is_empty()
+    }
+
     /// True if it is time to stop reading.
     pub fn is_full(&self) -> bool {
         self.errors >= MOST_ERRORS

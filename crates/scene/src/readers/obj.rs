@@ -5,6 +5,8 @@
 //! and objects change nothing. Points, lines and free-form surfaces are passed over with a warning. Colours after a
 //! position are taken as sRGB and made linear.
 
+mod pieces;
+
 use super::colors::{ColorScale, linear};
 use super::faults::{Faults, Tally};
 use super::lexer::{Lexer, Number, Token, integer, number};
@@ -46,6 +48,8 @@ struct Reader<'a, 'f, 's> {
     unknown: Tally<'a>,
     tallies: Tallies<'a>,
     not_text: bool,
+    /// An index was counted back from the last one.
+    counts_back: bool,
 }
 
 /// Faults that are reported once for all places.
@@ -91,30 +95,45 @@ pub(super) fn parse<'a>(bytes: &'a [u8], faults: &mut Faults<'a>) -> Option<ObjF
 }
 
 fn read<'a>(bytes: &'a [u8], faults: &mut Faults<'a>) -> Option<ObjFile<'a>> {
-    let mut reader = Reader {
-        lexer: Lexer::new(bytes, true),
-        faults,
-        soup: Soup::default(),
-        colors: Vec::new(),
-        color_scale: ColorScale::default(),
-        current: Current::Named(None),
-        slots: Vec::new(),
-        slot_of: HashMap::new(),
-        libraries: Vec::new(),
-        known: 0,
-        unknown: Tally::default(),
-        tallies: Tallies::default(),
-        not_text: false,
-    };
-    while reader.lexer.next_word_line() && !reader.faults.is_full() && !reader.not_text {
-        reader.statement();
-        reader.lexer.next_line();
+    let mut reader = Reader::new(Lexer::new(bytes, true), faults);
+    match pieces::read(bytes) {
+        Some(pieces) => pieces.into_iter().for_each(|piece| reader.append(piece)),
+        None => while reader.line() {},
     }
     reader.check();
     reader.finish()
 }
 
-impl<'a> Reader<'a, '_, 'a> {
+impl<'a, 'f, 's> Reader<'a, 'f, 's> {
+    fn new(lexer: Lexer<'a>, faults: &'f mut Faults<'s>) -> Self {
+        Self {
+            lexer,
+            faults,
+            soup: Soup::default(),
+            colors: Vec::new(),
+            color_scale: ColorScale::default(),
+            current: Current::Named(None),
+            slots: Vec::new(),
+            slot_of: HashMap::new(),
+            libraries: Vec::new(),
+            known: 0,
+            unknown: Tally::default(),
+            tallies: Tallies::default(),
+            not_text: false,
+            counts_back: false,
+        }
+    }
+
+    /// Reads a line; false at the end, or where it makes no sense to go on.
+    fn line(&mut self) -> bool {
+        let goes_on = !self.faults.is_full() && !self.not_text && self.lexer.next_word_line();
+        if goes_on {
+            self.statement();
+            self.lexer.next_line();
+        }
+        goes_on
+    }
+
     fn statement(&mut self) {
         let Some(word) = self.lexer.token() else { return };
         self.known += 1;
@@ -341,6 +360,7 @@ impl<'a> Reader<'a, '_, 'a> {
             self.faults.error("obj::corner", word, message, CORNER_HELP);
             return None;
         };
+        self.counts_back |= position < 0 || uv < 0 || normal < 0;
         let position = match resolved(position, self.soup.positions.len()) {
             Some(index) => index,
             None => {
@@ -372,18 +392,17 @@ impl<'a> Reader<'a, '_, 'a> {
 
     /// Checks indices against what the whole file holds: a face may stand before its vertices.
     fn check(&mut self) {
+        if self.soup.is_tame() {
+            return;
+        }
         let positions = self.soup.positions.len();
         let (normals, uvs) = (self.soup.normals.len() as u32, self.soup.uvs.len() as u32);
         let wild = |i: u32, count: u32| i != NONE && i >= count;
-        let fine =
-            |c: &Corner| (c.position as usize) < positions && !wild(c.normal, normals) && !wild(c.uv, uvs);
-        if self.soup.corners().iter().all(fine) {
-            return;
-        }
         for (line, corners) in self.soup.polygons() {
             if self.faults.is_full() {
                 return;
             }
+            let corners: Vec<Corner> = corners.collect();
             if let Some(k) = corners.iter().position(|c| c.position as usize >= positions) {
                 let word = nth_word(&self.lexer, line, k + 1);
                 let text = word.text.split(|b| *b == b'/').next().unwrap_or(b"");

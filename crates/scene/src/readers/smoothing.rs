@@ -16,13 +16,15 @@ pub(super) struct Group(u32);
 impl Group {
     /// `s off`.
     pub const OFF: Self = Self(1);
+    /// In a piece of a file that is read apart: as the piece before it ends.
+    pub const INHERITED: Self = Self(u32::MAX);
 
     /// `s N`; 0 and less are off.
     pub fn number(n: i64) -> Self {
         match u32::try_from(n) {
-            Ok(n) => Self(n.saturating_add(1)),
+            Ok(n) => Self(n.saturating_add(1).min(u32::MAX - 1)),
             Err(_) if n < 0 => Self::OFF,
-            Err(_) => Self(u32::MAX),
+            Err(_) => Self(u32::MAX - 1),
         }
     }
 
