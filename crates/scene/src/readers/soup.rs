@@ -101,7 +101,7 @@ impl<'a> Soup<'a> {
     pub fn into_mesh(mut self, faults: &mut Faults<'a>, line: impl Fn(usize) -> Token<'a>) -> TriangleMesh {
         let (mut mesh, parts) = self.room();
         let (mut cutter, mut points, mut triangles) = (Triangulator::default(), Vec::new(), Vec::new());
-        let (mut dropped, mut fans) = (Tally::default(), Tally::default());
+        let (mut dropped, mut tangled) = (Tally::default(), Tally::default());
         let is_grouped = smoothing::is_needed(self.polygons.iter().map(|p| p.group));
         let mut groups = Vec::new();
         let mut start = 0;
@@ -119,7 +119,7 @@ impl<'a> Soup<'a> {
                 points.clear();
                 points.extend(corners.iter().map(|c| self.positions[c.position as usize]));
                 if cutter.cut(&points, &mut triangles) == Cut::TooLarge {
-                    fans.add(line(polygon.at));
+                    tangled.add(line(polygon.at));
                 }
             }
             let color = self.face_colors.get(index);
@@ -132,10 +132,10 @@ impl<'a> Soup<'a> {
         }
         let message = "a vertex is not a finite point: the faces that use it are left out";
         faults.tally("mesh::not-finite", &dropped, message, "expected three finite numbers");
-        let message = "a polygon has too many corners and is not convex: cut as a fan from its first corner";
+        let message = "a polygon with very many corners crosses or touches itself: it is left out";
         faults.tally(
             "mesh::large-polygon",
-            &fans,
+            &tangled,
             message,
             "cut it into triangles in the program that wrote the file",
         );

@@ -125,7 +125,7 @@ struct Reading<'r, 'a> {
     vertices: &'r Vertices,
     layout: Layout,
     thin: RowTally,
-    fans: RowTally,
+    tangled: RowTally,
 }
 
 impl<'a> Reading<'_, 'a> {
@@ -185,9 +185,9 @@ impl Faces {
         let layout = Layout::of(element, faults)?;
         rows.check_count(element, faults)?;
         self.pad(layout.has_uvs, layout.colors.is_some());
-        let (thin, fans) = (RowTally::default(), RowTally::default());
+        let (thin, tangled) = (RowTally::default(), RowTally::default());
         let (first_color, longer_lines) = (self.colors.values.len(), rows.longer_lines());
-        let mut reading = Reading { element, rows, vertices, layout, thin, fans };
+        let mut reading = Reading { element, rows, vertices, layout, thin, tangled };
         self.rows(&mut reading, faults)?;
         if reading.rows.longer_lines() > longer_lines {
             // Some programs write a list of colours of corners where the header says `red`, `green` and `blue`.
@@ -195,9 +195,9 @@ impl Faces {
         }
         let what = "has fewer than 3 corners and is left out";
         reading.tell(&reading.thin, "ply::thin-face", what, HELP, faults);
-        let what = "has too many corners and is not convex: cut as a fan from its first corner";
+        let what = "has very many corners and crosses or touches itself: it is left out";
         let help = "cut it into triangles in the program that wrote the file";
-        reading.tell(&reading.fans, "mesh::large-polygon", what, help, faults);
+        reading.tell(&reading.tangled, "mesh::large-polygon", what, help, faults);
         Some(())
     }
 
@@ -326,7 +326,7 @@ impl Faces {
         points.extend(corners.iter().map(|i| positions[*i as usize]));
         triangles.clear();
         if triangulator.cut(points, triangles) == Cut::TooLarge {
-            reading.fans.add(place);
+            reading.tangled.add(place);
         }
         self.indices.extend(triangles.iter().map(|t| t.map(|i| corners[i as usize])));
         if reading.layout.has_uvs {
