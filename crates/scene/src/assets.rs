@@ -168,7 +168,7 @@ impl Loader<'_> {
             |path: &Path| MeshFormat::of_path(path).map(|format| (format, without_gz(path) != path));
         let Some((format, gz)) = by_name(path).or_else(|| by_name(Path::new(said))) else {
             let endings = MeshFormat::ENDINGS;
-            let message = format!("`{name}` is no mesh that is read, expected a name that ends in {endings}");
+            let message = format!("found `{name}`, expected a mesh: a name that ends in {endings}");
             self.out.error("asset::mesh-format", span, message).help =
                 "write it as PLY or OBJ in the program that made it".to_owned();
             return None;
@@ -200,7 +200,7 @@ impl Loader<'_> {
             (true, true) => {}
             (false, false) => return Some(bytes),
             (false, true) => {
-                let message = format!("`{name}` is compressed with gzip, but its name does not say so");
+                let message = format!("`{name}`: byte 0: found gzip data, expected a name that ends in .gz");
                 self.out.error("asset::gzip", span, message).help =
                     "unpack it, or give it a name that ends in .gz".to_owned();
                 return None;

@@ -117,7 +117,7 @@ impl Loader {
                 self.error(
                     "load::kind",
                     Span::NONE,
-                    format!("`{source}` {}", unreadable.message),
+                    format!("`{source}`: byte 0: {}", unreadable.message),
                     unreadable.help,
                 );
             }
@@ -216,7 +216,7 @@ impl Loader {
         let shown = String::from_utf8_lossy(bytes);
         let file = self.loaded.sources.add(path, name, shown.as_ref());
         let span = Span { file, start: u32::try_from(at).unwrap_or(u32::MAX), len: 3 };
-        let message = format!("`{name}` is no UTF-8 text: byte {at} is 0x{:02x}", bytes[at]);
+        let message = format!("`{name}`: byte {at}: found 0x{:02x}, expected text in UTF-8", bytes[at]);
         self.error("load::encoding", span, message, "save the file as UTF-8".to_owned());
     }
 
@@ -250,13 +250,13 @@ impl Loader {
         match kind::of_file(&path, &bytes) {
             Ok(FileKind { content: Content::Scene, .. }) => self.scene(&path, &name, &bytes, include.span),
             Ok(_) => {
-                let message = format!("`{name}` is a mesh, expected a scene file");
+                let message = format!("`{name}`: byte 0: found a mesh, expected a scene file");
                 let help = "name it by `file` of a shape of type mesh".to_owned();
                 self.error("load::kind", include.span, message, help);
                 false
             }
             Err(fault) => {
-                self.error("load::kind", include.span, format!("`{name}` {}", fault.message), fault.help);
+                self.error("load::kind", include.span, format!("`{name}`: byte 0: {}", fault.message), fault.help);
                 false
             }
         }
