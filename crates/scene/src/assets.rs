@@ -128,11 +128,7 @@ impl Loader<'_> {
 
     /// Finds a file that a node names; `None` after a fault.
     fn find(&mut self, id: NodeId, name: &str, span: Span) -> Option<PathBuf> {
-        let said_in = self.sources.get(self.description.node(id).span.file).map(|f| &f.path);
-        let base = match said_in {
-            Some(path) if !path.as_os_str().is_empty() => path.parent().unwrap_or(Path::new("")).to_owned(),
-            _ => self.folders.root.clone(),
-        };
+        let base = base_folder(self.description.node(id), self.sources, self.folders);
         match self.folders.resolve(&base, name) {
             Ok(path) => Some(path),
             Err(fault) => {
@@ -321,6 +317,14 @@ impl Loader<'_> {
     fn add_or_find(&mut self, node: &Node) -> NodeId {
         let known = self.description.find(node.role, &node.name);
         known.unwrap_or_else(|| self.description.add(node.clone()))
+    }
+}
+
+/// The folder to which the names of files in a node are relative.
+pub(crate) fn base_folder(node: &Node, sources: &Sources, folders: &Folders) -> PathBuf {
+    match sources.get(node.span.file).map(|f| &f.path) {
+        Some(path) if !path.as_os_str().is_empty() => path.parent().unwrap_or(Path::new("")).to_owned(),
+        _ => folders.root.clone(),
     }
 }
 

@@ -7,7 +7,7 @@ mod tests;
 use crate::assets::{Assets, PathFault, UNREADABLE_HELP, check_regular};
 use crate::auto;
 use crate::builtin;
-use crate::description::SceneDescription;
+use crate::description::{Node, NodeId, SceneDescription};
 use crate::diagnostic::Diagnostics;
 use crate::json::read_json;
 use crate::native::Include;
@@ -17,7 +17,9 @@ use crate::span::{FileId, Sources, Span};
 use crate::suggest::{help_for, nearest_file};
 use crate::toml::read_toml;
 use kind::{Content, FileKind};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Longest chain of files that include each other.
 const LONGEST_CHAIN: usize = 64;
@@ -42,6 +44,10 @@ pub struct Loaded {
     pub assets: Assets,
     /// The texts that places point into.
     pub sources: Sources,
+    /// The folders below which files were read.
+    pub folders: Folders,
+    /// Nodes that came with mesh files, as the files have them.
+    pub(crate) brought: BTreeMap<NodeId, Arc<Node>>,
     /// All faults found so far.
     pub diagnostics: Diagnostics,
     /// What people call the scene: the built-in's name, or the file's name without folder and ending.
@@ -292,7 +298,8 @@ impl Loader {
         if !self.loaded.readable {
             return;
         }
-        let Loaded { description, assets, sources, diagnostics, bare_mesh, .. } = &mut self.loaded;
+        self.loaded.folders = self.folders.clone();
+        let Loaded { description, assets, sources, diagnostics, bare_mesh, brought, .. } = &mut self.loaded;
         let mut late: Vec<(&String, FileId)> = Vec::new();
         let mut early_faults = Diagnostics::default();
         for argument in sets {
@@ -307,6 +314,8 @@ impl Loader {
         }
         let nodes = description.len();
         *assets = Assets::load(description, &self.folders, sources, diagnostics);
+        let ids = description.iter().map(|(id, _)| id).skip(nodes);
+        *brought = ids.map(|id| (id, description.shared(id).clone())).collect();
         if *bare_mesh {
             auto::complete(description, assets);
         }

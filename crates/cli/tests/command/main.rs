@@ -35,6 +35,18 @@ impl Folder {
         command
     }
 
+    /// The command with that much memory for its data, bytes; on Linux, where a process can be limited so.
+    fn limited(&self, arguments: &[&str], memory: u64) -> Command {
+        if !cfg!(target_os = "linux") {
+            return self.command(arguments);
+        }
+        let mut command = Command::new("sh");
+        let limit = format!("ulimit -d {} && exec \"$0\" \"$@\"", memory >> 10);
+        command.args(["-c", &limit, env!("CARGO_BIN_EXE_penombre")]).args(arguments);
+        command.current_dir(self.0.path()).env("NO_COLOR", "1");
+        command
+    }
+
     fn run(&self, arguments: &[&str]) -> Output {
         self.command(arguments).output().unwrap()
     }
@@ -61,6 +73,18 @@ impl Folder {
 
 fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// The folder of test data of that name; tells if there is none.
+fn test_data(part: &str) -> Option<PathBuf> {
+    let root = std::env::var_os("PENOMBRE_TESTDATA")
+        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared"), PathBuf::from);
+    let path = root.join(part);
+    if path.exists() {
+        return Some(path);
+    }
+    eprintln!("NOT RUN: the test data {part} is not there; set PENOMBRE_TESTDATA to its folder");
+    None
 }
 
 fn names(folder: &Path) -> Vec<String> {
