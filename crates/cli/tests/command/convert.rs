@@ -98,8 +98,10 @@ fn wrong_conversions_are_refused_before_anything_is_read() {
     std::fs::create_dir(folder.path("out")).unwrap();
     folder.write("mesh.obj", "v 0 0 0\n");
     for (arguments, expected) in [
-        (vec!["mesh.obj", "b.png"], "mesh.obj: scenes and meshes are not converted yet"),
-        (vec!["a.png", "b.glb"], "b.glb: scenes and meshes"),
+        (vec!["mesh.obj", "b.png"], "`penombre render mesh.obj -o b.png` renders it"),
+        (vec!["a.png", "b.glb"], "b.glb: scenes are written as .toml or .json only"),
+        (vec!["a.png", "b.toml"], "a.png is an image, and b.toml a scene"),
+        (vec!["a.png", "b.exr", "--set", "camera.fov=1"], "are for scenes"),
         (vec!["a.png", "b.gif"], "GIF: is read, but not written"),
         (vec!["a.png", "b.xyz"], "expected a file name that ends in one of .png"),
         (vec!["a.png", "nowhere/b.png"], "nowhere"),
@@ -108,7 +110,7 @@ fn wrong_conversions_are_refused_before_anything_is_read() {
         (vec!["a.png", "-o", "out"], "--format png"),
         (vec!["a.png", "-o", "b.png", "--format", "png"], "is no folder"),
         (vec!["a.png", "a.png", "-o", "b.png"], "cannot all become"),
-        (vec!["a.png", "a.png", "-o", "out", "--format", "png"], "two images would become"),
+        (vec!["a.png", "a.png", "-o", "out", "--format", "png"], "two files would become"),
         (vec!["a.png", "b.exr", "--exposure", "1"], "outputs of 8 bits"),
         (vec!["a.png", "b.exr", "--color-space", "sRGB"], "auto, linear, srgb"),
         (vec!["none.png", "b.exr"], "none.png"),

@@ -7,7 +7,9 @@ mod convert;
 mod corpus;
 mod editors;
 mod limits;
+mod outside;
 mod saves;
+mod scenes;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
