@@ -221,3 +221,20 @@ pub fn linearise(
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn small_files_do_not_become_gigabytes() {
+        let check = |side: u64, length: usize| {
+            let bytes = vec![0; length];
+            Source::new(Format::Png, &bytes).check_size(side, side, png::PIXELS_PER_BYTE).is_ok()
+        };
+        // Pictures of one colour, as large as they are in practice: 1 bit, a byte and three bytes for a pixel.
+        assert!(check(4096, 2_200) && check(8192, 66_000) && check(8192, 211_851));
+        assert!(!check(8192, 8_500) && !check(16_000, 31_500) && !check(16_000, 775_221));
+        assert!(check(16_000, 8_000_000) && !check(16_400, 500_000_000));
+    }
+}

@@ -252,6 +252,25 @@ fn missing_libraries_and_materials_give_grey() {
 }
 
 #[test]
+fn options_of_maps_may_stand_behind_the_name() {
+    let map = |line: &str| {
+        let library = format!("newmtl m\nmap_Kd {line}\n");
+        let text = format!("mtllib a.mtl\n{TRIANGLE}usemtl m\nf 1 2 3\n");
+        let read = obj_with(&text, &[("a.mtl", &library), ("my -x t.png", ""), ("t.png", "")]);
+        (read.file().textures[0].node.clone(), read.messages())
+    };
+    let same = |a: &str, b: &str| {
+        let ((a, said), (b, _)) = (map(a), map(b));
+        assert!(a.says_the_same(&b), "{a:?} {b:?}");
+        said
+    };
+    assert_eq!(same("t.png -s 2 3 1 -clamp on", "-s 2 3 1 -clamp on t.png"), [""; 0]);
+    assert_eq!(same("my -x t.png -o 0.5 0.5", "-o 0.5 0.5 my -x t.png"), [""; 0]);
+    assert_eq!(same("t.png # -s 2 2 2", "t.png"), [""; 0]);
+    assert_eq!(same("t.png\t-blendu on -boost 3", "t.png"), ["warning mtl::option a.mtl:2:25 the option `-boost` is not applied by this version"]);
+}
+
+#[test]
 fn maps_have_options_and_windows_paths() {
     let text = format!("mtllib sub\\a.mtl\n{TRIANGLE}usemtl m\nf 1 2 3\n");
     let library =
