@@ -299,7 +299,7 @@ impl Loader {
             return;
         }
         self.loaded.folders = self.folders.clone();
-        let Loaded { description, assets, sources, diagnostics, bare_mesh, brought, .. } = &mut self.loaded;
+        let Loaded { description, assets, sources, diagnostics, bare_mesh, brought, name, .. } = &mut self.loaded;
         let mut late: Vec<(&String, FileId)> = Vec::new();
         let mut early_faults = Diagnostics::default();
         for argument in sets {
@@ -317,6 +317,14 @@ impl Loader {
         let ids = description.iter().map(|(id, _)| id).skip(nodes);
         *brought = ids.map(|id| (id, description.shared(id).clone())).collect();
         if *bare_mesh {
+            let largest = auto::largest_coordinate(description, assets);
+            if largest > auto::LARGEST {
+                let most = auto::LARGEST;
+                let message = format!("`{name}`, byte 0: found coordinates up to {largest:e}, expected at most {most:e}");
+                let help = "scale the mesh down: camera and light around it would be out of reach";
+                diagnostics.error("load::extent", Span::NONE, message).help = help.to_owned();
+                return;
+            }
             auto::complete(description, assets);
         }
         if description.len() == nodes {

@@ -105,6 +105,9 @@ impl PathFault {
 /// What to do where the system does not let a file be read.
 pub const UNREADABLE_HELP: &str = "check that you may read the file and its folder";
 
+/// Longest name of a file that is looked for, bytes: no system has longer ones.
+const LONGEST_NAME: usize = 4096;
+
 /// Finds the file that a scene names.
 ///
 /// `root_folder`: the folder of the scene file, below which everything may be read. `asset_roots`: further such
@@ -172,6 +175,10 @@ pub fn check_regular(path: &Path, name: &str) -> Result<(), PathFault> {
 fn check_name(name: &str) -> Result<(), PathFault> {
     if name.is_empty() {
         return Err(PathFault::Invalid { name: String::new(), reason: "it is empty" });
+    }
+    if name.len() > LONGEST_NAME {
+        let shown = format!("{}…", name.chars().take(40).collect::<String>());
+        return Err(PathFault::Invalid { name: shown, reason: "it is longer than 4096 bytes" });
     }
     if name.chars().any(char::is_control) {
         let shown =

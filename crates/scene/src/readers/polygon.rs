@@ -116,7 +116,8 @@ fn is_convex(flat: &[[f64; 2]]) -> bool {
 
 /// True if the fan from the first corner covers the polygon but for a millionth of its surface: so it is with round
 /// polygons whose corners were rounded to a few digits. All corners must lie before the first one, as seen from it
-/// towards their mean; then the fan cannot wind round twice.
+/// towards their mean, none of them at it, and the triangles must have room in the box around the corners: then the fan
+/// does not wind round again and again.
 fn is_nearly_covered_by_fan(flat: &[[f64; 2]]) -> bool {
     let first = flat[0];
     let from_first = |p: &[f64; 2]| [p[0] - first[0], p[1] - first[1]];
@@ -125,7 +126,13 @@ fn is_nearly_covered_by_fan(flat: &[[f64; 2]]) -> bool {
     let before = flat.iter().map(from_first).all(|p| p[0] * mean[0] + p[1] * mean[1] >= least);
     let areas = || flat.windows(2).map(|w| turn(first, w[0], w[1]));
     let back: f64 = areas().map(|a| (-a).max(0.0)).sum();
-    before && back <= 1e-6 * areas().sum::<f64>()
+    let none_at_first = flat[1..].iter().all(|p| *p != first);
+    let extent = |axis: usize| {
+        let [low, high] = flat.iter().fold([f64::MAX, f64::MIN], |[l, h], p| [l.min(p[axis]), h.max(p[axis])]);
+        high - low
+    };
+    let twice = areas().sum::<f64>();
+    before && none_at_first && back <= 1e-6 * twice && twice <= 2.0 * extent(0) * extent(1)
 }
 
 /// How often the edges change their direction along an axis, once round.
@@ -322,6 +329,10 @@ mod tests {
         let begin = std::time::Instant::now();
         assert_eq!(triangulator.cut(&scattered(200_000), &mut triangles), Cut::TooLarge);
         assert_eq!(triangles.len(), 0);
+        // A triangle that is gone round a hundred thousand times.
+        let round: Vec<Vec3> = (0..300_000).map(|i| [Vec3::ZERO, Vec3::X, Vec3::Y][i % 3]).collect();
+        assert_eq!(triangulator.cut(&round, &mut triangles), Cut::TooLarge);
+        assert_eq!(triangulator.cut(&round[1..299_999], &mut triangles), Cut::TooLarge);
         // What was too large has spent nothing: 4e7 are 40 polygons of 1000 corners.
         let large = scattered(1000);
         let cuts: Vec<Cut> = (0..42).map(|_| triangulator.cut(&large, &mut triangles)).collect();
