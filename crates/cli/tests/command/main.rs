@@ -6,6 +6,7 @@ mod bits;
 mod convert;
 mod corpus;
 mod editors;
+mod hostile;
 mod limits;
 mod outside;
 mod saves;

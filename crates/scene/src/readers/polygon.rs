@@ -9,7 +9,7 @@ mod sweep;
 const MOST_WORK: u64 = 40_000_000;
 /// Polygons of up to this many corners are cut at their ears, and spend nothing: at worst a few microseconds a corner.
 /// Larger ones are cut by a sweep if they are simple; ears are for those that it cannot cut.
-const ALWAYS_CUT: usize = 64;
+pub(super) const ALWAYS_CUT: usize = 64;
 
 /// How a polygon was cut.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

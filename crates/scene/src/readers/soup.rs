@@ -2,7 +2,7 @@
 
 use super::faults::{Faults, Tally};
 use super::lexer::Token;
-use super::polygon::{Cut, Triangulator};
+use super::polygon::{ALWAYS_CUT, Cut, Triangulator};
 use super::smoothing::{self, Group};
 use crate::mesh::TriangleMesh;
 use penombre_math::{Vec2, Vec3};
@@ -115,6 +115,9 @@ impl<'a> Soup<'a> {
             triangles.clear();
             if corners.len() == 3 {
                 triangles.push([0, 1, 2]);
+            } else if corners.len() > ALWAYS_CUT && corners.len() > 2 * self.positions.len() {
+                // Only those with holes meet vertices twice: this one goes round and round.
+                tangled.add(line(polygon.at));
             } else {
                 points.clear();
                 points.extend(corners.iter().map(|c| self.positions[c.position as usize]));
