@@ -60,7 +60,10 @@ fn jobs(args: &ConvertArgs) -> Result<Vec<Job>, Fault> {
         let [input, output] = &files[..] else {
             let help = "`penombre convert IN OUT`, or `penombre convert IN… -o FOLDER --format png`";
             let found = files.len();
-            return fault(format!("found {found} file names, expected an image or scene and its new name"), help);
+            return fault(
+                format!("found {found} file names, expected an image or scene and its new name"),
+                help,
+            );
         };
         return Ok(vec![Job { input: input.clone(), outputs: vec![output.clone()] }]);
     }
@@ -114,9 +117,8 @@ fn check(jobs: &[Job]) -> Result<(), Fault> {
 fn check_images(jobs: &[Job], args: &ConvertArgs) -> Result<(), Fault> {
     let mut formats = Vec::new();
     for output in jobs.iter().flat_map(|job| &job.outputs) {
-        formats.push(
-            Format::from_path(output).or_else(|e| fault(e.to_string(), "choose another extension"))?,
-        );
+        formats
+            .push(Format::from_path(output).or_else(|e| fault(e.to_string(), "choose another extension"))?);
     }
     let has_tone = args.tone.is_some() || args.exposure != 0.0;
     if has_tone && !formats.into_iter().any(Format::is_8_bit) {

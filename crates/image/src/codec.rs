@@ -111,7 +111,7 @@ impl<'a> Source<'a> {
 /// covers masks of one colour, and more only from files that say something of them.
 fn sensible_pixels(bytes: u64) -> u64 {
     let empty = bytes.saturating_mul(1100).min(1 << 26);
-    bytes.saturating_mul(32).max(empty).max(1 << 24).min(MAX_PIXELS)
+    bytes.saturating_mul(32).max(empty).clamp(1 << 24, MAX_PIXELS)
 }
 
 /// Room for the samples of an image that has passed [`Source::check_size`].

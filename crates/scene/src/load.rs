@@ -262,7 +262,12 @@ impl Loader {
                 false
             }
             Err(fault) => {
-                self.error("load::kind", include.span, format!("`{name}`: byte 0: {}", fault.message), fault.help);
+                self.error(
+                    "load::kind",
+                    include.span,
+                    format!("`{name}`: byte 0: {}", fault.message),
+                    fault.help,
+                );
                 false
             }
         }
@@ -299,7 +304,8 @@ impl Loader {
             return;
         }
         self.loaded.folders = self.folders.clone();
-        let Loaded { description, assets, sources, diagnostics, bare_mesh, brought, name, .. } = &mut self.loaded;
+        let Loaded { description, assets, sources, diagnostics, bare_mesh, brought, name, .. } =
+            &mut self.loaded;
         let mut late: Vec<(&String, FileId)> = Vec::new();
         let mut early_faults = Diagnostics::default();
         for argument in sets {
@@ -320,7 +326,9 @@ impl Loader {
             let largest = auto::largest_coordinate(description, assets);
             if largest > auto::LARGEST {
                 let most = auto::LARGEST;
-                let message = format!("`{name}`, byte 0: found coordinates up to {largest:e}, expected at most {most:e}");
+                let message = format!(
+                    "`{name}`, byte 0: found coordinates up to {largest:e}, expected at most {most:e}"
+                );
                 let help = "scale the mesh down: camera and light around it would be out of reach";
                 diagnostics.error("load::extent", Span::NONE, message).help = help.to_owned();
                 return;

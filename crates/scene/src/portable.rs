@@ -39,7 +39,8 @@ impl Loaded {
             if let Some(name) = file_of(&node)
                 && whole(&said_in).canonicalize()? != folder
             {
-                let name = portable.moved(&self.folders.resolve(&said_in, name).map_err(std::io::Error::other)?, &folder);
+                let name = portable
+                    .moved(&self.folders.resolve(&said_in, name).map_err(std::io::Error::other)?, &folder);
                 node.set("file", name.into());
             }
             portable.description.add(node);
@@ -52,7 +53,9 @@ impl Portable {
     /// The name of a file as seen from another folder.
     fn moved(&mut self, path: &Path, folder: &Path) -> String {
         let name = relative(path, folder);
-        if let Some(own) = path.parent().filter(|own| !own.starts_with(folder) && !self.outside.iter().any(|o| o == own)) {
+        if let Some(own) =
+            path.parent().filter(|own| !own.starts_with(folder) && !self.outside.iter().any(|o| o == own))
+        {
             self.outside.push(own.to_owned());
         }
         name

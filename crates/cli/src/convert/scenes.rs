@@ -71,7 +71,8 @@ pub(super) fn are_wanted(jobs: &[Job]) -> Result<bool, Fault> {
 /// Checks what is for scenes alone.
 pub(super) fn check(args: &ConvertArgs) -> Result<(), Fault> {
     if args.tone.is_some() || args.exposure != 0.0 || args.color_space != ColorSpace::Auto {
-        let message = "`--tone`, `--exposure` and `--color-space` are for images, and these are scenes".to_owned();
+        let message =
+            "`--tone`, `--exposure` and `--color-space` are for images, and these are scenes".to_owned();
         return fault(message, "leave them out");
     }
     Ok(())
@@ -115,7 +116,12 @@ fn write(output: &Path, loaded: &Loaded, verbosity: &Verbosity) -> std::io::Resu
     if verbosity.quiet {
         return Ok(());
     }
-    terminal::out(&format!("{}  {} nodes, from {}", output.display(), portable.description.len(), loaded.name));
+    terminal::out(&format!(
+        "{}  {} nodes, from {}",
+        output.display(),
+        portable.description.len(),
+        loaded.name
+    ));
     if !portable.outside.is_empty() {
         let flags = |folders: &[PathBuf]| {
             let flag = |folder: &PathBuf| format!("--asset-root {}", folder.display());

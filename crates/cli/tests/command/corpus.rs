@@ -51,7 +51,8 @@ pub fn answer(folder: &Folder, arguments: &[&str], file: &Path, class: &str) -> 
 
 /// The errors among what was said, each with its lines.
 fn errors(said: &str) -> impl Iterator<Item = &str> {
-    let starts = said.match_indices("error: ").map(|(at, _)| at).filter(|at| *at == 0 || said[..*at].ends_with('\n'));
+    let starts =
+        said.match_indices("error: ").map(|(at, _)| at).filter(|at| *at == 0 || said[..*at].ends_with('\n'));
     let ends = |start: usize| said[start..].find("\nwarning: ").map_or(said.len(), |at| start + at);
     let starts: Vec<usize> = starts.collect();
     let next = starts.clone().into_iter().skip(1).chain([said.len()]);
@@ -61,7 +62,9 @@ fn errors(said: &str) -> impl Iterator<Item = &str> {
 /// True for `file:LINE:COLUMN` and `byte N`.
 fn has_place(error: &str) -> bool {
     let digit_after = |mark: &str| {
-        error.match_indices(mark).any(|(at, _)| error[at + mark.len()..].starts_with(|c: char| c.is_ascii_digit()))
+        error
+            .match_indices(mark)
+            .any(|(at, _)| error[at + mark.len()..].starts_with(|c: char| c.is_ascii_digit()))
     };
     digit_after("byte ") || (error.contains("  --> ") && digit_after(":"))
 }
@@ -84,7 +87,8 @@ fn broken_meshes_answer_as_their_index_says() {
     assert!(cases.len() > 60, "{}", cases.len());
     for (name, class) in cases {
         let path = inputs.join(&name);
-        let said = answer(&folder, &[&["render", path.to_str().unwrap()], &SMALL[..]].concat(), &path, &class);
+        let said =
+            answer(&folder, &[&["render", path.to_str().unwrap()], &SMALL[..]].concat(), &path, &class);
         if name.ends_with("glb-named.gltf") {
             assert!(said.contains("found a binary glTF scene, which is planned and not read yet"), "{said}");
         }
@@ -128,7 +132,9 @@ fn the_measure_finds_what_it_should() {
     let path = folder.path("bare.obj");
     let wrong = |run: &dyn Fn()| std::panic::catch_unwind(std::panic::AssertUnwindSafe(run)).is_err();
     assert!(wrong(&|| _ = answer(&folder, &["render", "bare.obj", "-o", "out.png"], &path, "OK")));
-    assert!(wrong(&|| _ = answer(&folder, &["render", "bare.obj", "--spp", "0", "-o", "o.png"], &path, "ERR")));
+    assert!(wrong(
+        &|| _ = answer(&folder, &["render", "bare.obj", "--spp", "0", "-o", "o.png"], &path, "ERR")
+    ));
     assert!(has_place("error: x\n  --> a.obj:3:4\n") && has_place("a, byte 3: y"));
     assert!(!has_place("error: x: 3 found\n  help: in `byte`"));
     let said = "warning: w\nerror: a\n  --> b\nwarning: v\nerror: c\nend\n";

@@ -34,7 +34,9 @@ fn utf16(text: &str) -> Vec<u8> {
 #[test]
 fn encodings_and_ends_of_lines() {
     let face = format!("{TRIANGLE}f 1 2 3\n");
-    for text in [face.clone(), face.replace('\n', "\r\n"), face.replace('\n', "\r"), format!("\u{feff}{face}")] {
+    for text in
+        [face.clone(), face.replace('\n', "\r\n"), face.replace('\n', "\r"), format!("\u{feff}{face}")]
+    {
         assert_eq!(mesh("a.obj", text.as_bytes(), "OK"), "");
     }
     assert!(mesh("a.obj", &utf16(&face), "ERR").contains("UTF-16"));
@@ -132,9 +134,18 @@ fn png([width, height]: [u32; 2], bits_and_color: [u8; 2], rows: &[u8], before: 
     let [w, h] = [width, height].map(u32::to_be_bytes);
     let header = [&w[..], &h, &bits_and_color, &[0, 0, 0]].concat();
     let length = rows.len() as u16;
-    let (a, b) = rows.iter().fold((1u32, 0u32), |(a, b), v| ((a + u32::from(*v)) % 65521, (a + u32::from(*v) + b) % 65521));
-    let stored = [&[0x78, 1, 1][..], &length.to_le_bytes(), &(!length).to_le_bytes(), rows, &(b << 16 | a).to_be_bytes()];
-    let parts = [chunk(b"IHDR", &header), before.to_vec(), chunk(b"IDAT", &stored.concat()), chunk(b"IEND", b"")];
+    let (a, b) = rows
+        .iter()
+        .fold((1u32, 0u32), |(a, b), v| ((a + u32::from(*v)) % 65521, (a + u32::from(*v) + b) % 65521));
+    let stored = [
+        &[0x78, 1, 1][..],
+        &length.to_le_bytes(),
+        &(!length).to_le_bytes(),
+        rows,
+        &(b << 16 | a).to_be_bytes(),
+    ];
+    let parts =
+        [chunk(b"IHDR", &header), before.to_vec(), chunk(b"IDAT", &stored.concat()), chunk(b"IEND", b"")];
     [&b"\x89PNG\r\n\x1a\n"[..], &parts.concat()].concat()
 }
 
@@ -143,7 +154,11 @@ fn images_that_lie() {
     let row = [0; 14];
     image("good.png", &png([2, 2], [8, 2], &row, &[]), "OK");
     image("deep.png", &png([2, 2], [16, 2], &[0; 26], &[]), "OK");
-    image("long-text.png", &png([2, 2], [8, 2], &row, &chunk(b"tEXt", &[b"k\0", &[b'v'; 1_000_000][..]].concat())), "OK");
+    image(
+        "long-text.png",
+        &png([2, 2], [8, 2], &row, &chunk(b"tEXt", &[b"k\0", &[b'v'; 1_000_000][..]].concat())),
+        "OK",
+    );
     image("no-palette.png", &png([2, 2], [8, 3], &[0; 6], &[]), "ERR");
     image("short.png", &png([2, 2], [8, 2], &row[..7], &[]), "ERR");
     image("twice.png", &png([2, 2], [8, 2], &row, &chunk(b"IHDR", &[0; 13])), "ERR");

@@ -94,17 +94,24 @@ fn nothing_outside_of_the_scenes_folder_is_opened() {
     folder.write("good.toml", &textured("good.png"));
     folder.write("library.obj", &format!("mtllib ../../../../etc/passwd {secret}\nusemtl a\n{triangle}"));
     folder.write("map.obj", &format!("mtllib map.mtl\nusemtl a\n{triangle}"));
-    folder.write("map.mtl", "newmtl a\nmap_Kd /etc/passwd\nmap_Ks file:///etc/passwd\nmap_d \\\\host\\share\\a.png\n");
+    folder.write(
+        "map.mtl",
+        "newmtl a\nmap_Kd /etc/passwd\nmap_Ks file:///etc/passwd\nmap_d \\\\host\\share\\a.png\n",
+    );
     folder.write("absolute.toml", &textured(secret));
     folder.write("address.toml", &textured("http://127.0.0.1:9/a.png"));
     folder.write("up.toml", &textured("sub/../../x.png"));
     folder.write("device.toml", &textured("/dev/zero"));
-    folder.write("include.toml", "penombre = 1\ninclude = [\"../../etc/hostname\", \"https://a.example/b.toml\"]\n");
+    folder.write(
+        "include.toml",
+        "penombre = 1\ninclude = [\"../../etc/hostname\", \"https://a.example/b.toml\"]\n",
+    );
     folder.write("link.toml", &textured("link.png"));
     #[cfg(unix)]
     std::os::unix::fs::symlink(secret, folder.path("link.png")).unwrap();
     let cases = [("good.obj", 0), ("good.toml", 0), ("cornell", 0), ("library.obj", 2), ("map.obj", 2)];
-    let more = [("absolute.toml", 2), ("address.toml", 2), ("up.toml", 2), ("device.toml", 2), ("include.toml", 2)];
+    let more =
+        [("absolute.toml", 2), ("address.toml", 2), ("up.toml", 2), ("device.toml", 2), ("include.toml", 2)];
     for (scene, status) in cases.into_iter().chain(more).chain([("link.toml", 2)]) {
         let run = ["render", scene, "--size", "16x12", "--spp", "1", "-o", "out.png"];
         let seen = seen(&folder, &run);
@@ -118,7 +125,8 @@ fn nothing_outside_of_the_scenes_folder_is_opened() {
     assert_inside(&seen(&folder, &run), &[folder.0.path()], &run);
     // A folder that is allowed is read, and the measure finds that it is another one.
     let root = outside.0.path().to_str().unwrap();
-    let run = ["render", "library.obj", "--asset-root", root, "--size", "16x12", "--spp", "1", "-o", "out.png"];
+    let run =
+        ["render", "library.obj", "--asset-root", root, "--size", "16x12", "--spp", "1", "-o", "out.png"];
     assert_inside(&seen(&folder, &run), &[folder.0.path(), outside.0.path()], &run);
 }
 

@@ -74,7 +74,9 @@ fn included_files_become_one_and_names_are_told_from_the_new_folder() {
     assert_eq!(digest(&folder, "new/one.json", &["--asset-root", "parts"]), expected);
     // A mesh becomes the scene around it.
     folder.ok(&["convert", "parts/mesh.obj", "mesh.toml"]);
-    assert!(read("mesh.toml").contains("file = \"parts/mesh.obj\"") && read("mesh.toml").contains("[light.key]"));
+    assert!(
+        read("mesh.toml").contains("file = \"parts/mesh.obj\"") && read("mesh.toml").contains("[light.key]")
+    );
     let bare = digest(&folder, "parts/mesh.obj", &[]);
     assert_eq!(digest(&folder, "mesh.toml", &[]), bare);
 }

@@ -142,7 +142,7 @@ fn reported<'a, T>(
         match fault {
             Fault::Ours(kind) => kind,
             Fault::Library(::exr::error::Error::NotSupported(what)) => {
-                source.unsupported(what, "a flat picture")
+                source.unsupported(what.trim_end_matches(" not supported yet"), "a flat picture")
             }
             Fault::Library(error) => {
                 if let Some(kind) = broken_attribute(&mut source) {
@@ -294,9 +294,8 @@ fn to_rgb(samples: &mut [f32], channels: u32) {
 
 /// The channels to be read, or that there are none.
 fn chosen(source: &Source<'_>, headers: &[Header]) -> Result<Choice> {
-    choose(headers).ok_or_else(|| {
-        source.unsupported(channel_names(headers), "a flat layer with channels R, G, B or Y")
-    })
+    choose(headers)
+        .ok_or_else(|| source.unsupported(channel_names(headers), "a flat layer with channels R, G, B or Y"))
 }
 
 /// The first flat layer with R, G, B (and A), else the first with Y, RY, BY, else with Y (and A), else the same with a common prefix such

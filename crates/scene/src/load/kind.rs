@@ -87,7 +87,10 @@ pub fn of_file(path: &Path, bytes: &[u8]) -> Result<FileKind, Unreadable> {
     let scene = bytes.starts_with(b"glTF").then_some("a binary glTF scene");
     let by_name = NOT_YET.iter().find(|(known, _)| *known == ending).map(|(_, what)| *what);
     if let Some(what) = scene.or(by_name) {
-        return Err(unreadable(format!("found {what}, which is planned and not read yet, expected another scene or mesh"), KNOWN));
+        return Err(unreadable(
+            format!("found {what}, which is planned and not read yet, expected another scene or mesh"),
+            KNOWN,
+        ));
     }
     let kind = |content| Ok(FileKind { content, guessed: false });
     match ending.as_str() {
@@ -113,7 +116,10 @@ fn guess(bytes: &[u8]) -> Result<FileKind, Unreadable> {
     let words: Vec<&str> = first.split_whitespace().collect();
     let looks_like = |what: &str, ending: &str| {
         let help = format!("give it a name that ends in {ending}");
-        Err(Unreadable { message: format!("found what looks like {what}, expected a name that says so"), help })
+        Err(Unreadable {
+            message: format!("found what looks like {what}, expected a name that says so"),
+            help,
+        })
     };
     match words[..] {
         ["ply"] => looks_like("a PLY mesh", ".ply"),
@@ -123,6 +129,6 @@ fn guess(bytes: &[u8]) -> Result<FileKind, Unreadable> {
         _ => {
             let found = bytes[..bytes.len().min(8)].escape_ascii();
             Err(unreadable(format!("found \"{found}\", expected a scene or mesh"), KNOWN))
-        },
+        }
     }
 }

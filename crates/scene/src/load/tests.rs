@@ -103,7 +103,10 @@ fn missing_and_forbidden_includes() {
     assert!(text.contains("found `../x.toml`, which lies outside"), "{text}");
     assert!(text.contains("looked for materials.toml"), "{text}");
     assert!(text.contains("--asset-root"), "{text}");
-    assert!(text.contains("`mesh.obj`: byte 0: found a mesh, expected a scene file\n  --> main.toml:2:43"), "{text}");
+    assert!(
+        text.contains("`mesh.obj`: byte 0: found a mesh, expected a scene file\n  --> main.toml:2:43"),
+        "{text}"
+    );
     assert!(text.contains("  --> broken.toml:1:"), "{text}");
 }
 
@@ -153,11 +156,16 @@ fn other_kinds_of_files_are_called_by_their_name() {
     }
     let message = |name: &str| faults(&load_in(&dir, name, &[]), &dir);
     assert!(
-        message("a.gltf").starts_with("error: `a.gltf`: byte 0: found a glTF scene, which is planned and not read yet")
+        message("a.gltf")
+            .starts_with("error: `a.gltf`: byte 0: found a glTF scene, which is planned and not read yet")
     );
-    assert!(message("mesh3").contains("found what looks like a PLY mesh") && message("mesh3").contains(".ply"));
+    assert!(
+        message("mesh3").contains("found what looks like a PLY mesh") && message("mesh3").contains(".ply")
+    );
     assert!(message("empty.toml").contains("found an empty file"));
-    assert!(message("mesh").contains("found what looks like an OFF mesh") && message("mesh").contains(".off"));
+    assert!(
+        message("mesh").contains("found what looks like an OFF mesh") && message("mesh").contains(".off")
+    );
     assert!(message("mesh2").contains("found what looks like an OBJ mesh"));
     assert!(message("words.txt").contains(r#"found "hello", expected a scene"#));
     assert!(

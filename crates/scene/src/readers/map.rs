@@ -178,7 +178,19 @@ fn is_option(word: Token<'_>) -> bool {
 
 /// The options that maps have.
 const OPTIONS: [&[u8]; 13] = [
-    b"-s", b"-o", b"-t", b"-mm", b"-clamp", b"-imfchan", b"-blendu", b"-blendv", b"-boost", b"-cc", b"-texres", b"-bm", b"-type",
+    b"-s",
+    b"-o",
+    b"-t",
+    b"-mm",
+    b"-clamp",
+    b"-imfchan",
+    b"-blendu",
+    b"-blendv",
+    b"-boost",
+    b"-cc",
+    b"-texres",
+    b"-bm",
+    b"-type",
 ];
 
 /// The name of a file without the options that some programs write behind it. Names may have blanks, so only what maps

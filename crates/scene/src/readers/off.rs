@@ -115,7 +115,8 @@ impl<'a> Reader<'a, '_, 'a> {
     }
 
     fn refuse(&mut self, at: Token<'a>, what: &str) -> Option<()> {
-        let message = format!("found `{}`: {what} not read, expected text that begins with `OFF`", at.lossy());
+        let message =
+            format!("found `{}`: {what} not read, expected text that begins with `OFF`", at.lossy());
         let help = "write it as plain OFF or as OBJ in the program that made it";
         self.faults.error("off::unsupported", at, message, help);
         None
@@ -165,7 +166,8 @@ impl<'a> Reader<'a, '_, 'a> {
             Some(n) if n.saturating_mul(least) <= left.saturating_mul(16).saturating_add(4096) => Some(n),
             Some(_) => {
                 let n = word.shortened();
-                let message = format!("{n} {what} are announced: found {left} bytes behind that, expected more");
+                let message =
+                    format!("{n} {what} are announced: found {left} bytes behind that, expected more");
                 let help = format!("each of the {what} takes {least} bytes or more");
                 self.faults.error("off::counts", word, message, help);
                 None
@@ -231,7 +233,8 @@ impl<'a> Reader<'a, '_, 'a> {
         let least = self.layout.plain_numbers() + if self.layout.colors { 3 } else { 0 };
         if found < least {
             let wanted = self.layout.describe();
-            let message = format!("vertex {index}: found {found} numbers, expected {least} or more: {wanted}");
+            let message =
+                format!("vertex {index}: found {found} numbers, expected {least} or more: {wanted}");
             self.faults.error("off::vertex", start, message, LAYOUT_HELP);
         } else if !several && let Some(word) = self.lexer.token() {
             self.extra.add(word);

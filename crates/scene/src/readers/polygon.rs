@@ -128,7 +128,8 @@ fn is_nearly_covered_by_fan(flat: &[[f64; 2]]) -> bool {
     let back: f64 = areas().map(|a| (-a).max(0.0)).sum();
     let none_at_first = flat[1..].iter().all(|p| *p != first);
     let extent = |axis: usize| {
-        let [low, high] = flat.iter().fold([f64::MAX, f64::MIN], |[l, h], p| [l.min(p[axis]), h.max(p[axis])]);
+        let [low, high] =
+            flat.iter().fold([f64::MAX, f64::MIN], |[l, h], p| [l.min(p[axis]), h.max(p[axis])]);
         high - low
     };
     let twice = areas().sum::<f64>();
@@ -265,7 +266,8 @@ mod tests {
         // Spikes of many lengths below and above.
         let height = |i: usize| (i * 7919 % 1000) as f32;
         let lower = |i: usize| Vec3::new(i as f32, if i.is_multiple_of(2) { -height(i) } else { 5.0 }, 0.0);
-        let upper = |i: usize| Vec3::new(i as f32, if i.is_multiple_of(2) { 9.0 + height(i) } else { 6.0 }, 0.0);
+        let upper =
+            |i: usize| Vec3::new(i as f32, if i.is_multiple_of(2) { 9.0 + height(i) } else { 6.0 }, 0.0);
         let spikes = (0..60_001).map(lower).chain((0..60_001).rev().map(upper)).collect();
         let begin = std::time::Instant::now();
         for mut corners in [comb(50_000), spiral(40_000, 40.0), (0..100_000).map(spiky).collect(), spikes] {
@@ -292,7 +294,10 @@ mod tests {
         for n in 3..300u32 {
             let point = |i: u32, r: f64| {
                 let angle = i as f32 / n as f32 * std::f32::consts::TAU;
-                [f64::from(penombre_math::float::cos(angle)) * r, f64::from(penombre_math::float::sin(angle)) * r]
+                [
+                    f64::from(penombre_math::float::cos(angle)) * r,
+                    f64::from(penombre_math::float::sin(angle)) * r,
+                ]
             };
             let flat: Vec<[f64; 2]> = (0..n).map(|i| point(i, 0.1 + random())).collect();
             let mut triangles = Vec::new();
@@ -300,8 +305,10 @@ mod tests {
             assert_eq!(triangles.len(), n as usize - 2);
         }
         // Corners in line, edges along the axes, and a hole that is joined with the outside by a bridge.
-        let cross = [[1, 0], [2, 0], [2, 1], [3, 1], [3, 2], [2, 2], [2, 3], [1, 3], [1, 2], [0, 2], [0, 1], [1, 1]];
-        let line = [[0, 0], [1, 0], [2, 0], [3, 0], [3, 3], [2, 3], [2, 1], [1, 1], [1, 3], [0, 3], [0, 2], [0, 1]];
+        let cross =
+            [[1, 0], [2, 0], [2, 1], [3, 1], [3, 2], [2, 2], [2, 3], [1, 3], [1, 2], [0, 2], [0, 1], [1, 1]];
+        let line =
+            [[0, 0], [1, 0], [2, 0], [3, 0], [3, 3], [2, 3], [2, 1], [1, 1], [1, 3], [0, 3], [0, 2], [0, 1]];
         let hole = [[0, 0], [4, 0], [4, 4], [0, 4], [0, 0], [1, 1], [1, 2], [2, 2], [2, 1], [1, 1]];
         for flat in [&cross[..], &line, &hole] {
             let flat: Vec<[f64; 2]> = flat.iter().map(|p| p.map(f64::from)).collect();

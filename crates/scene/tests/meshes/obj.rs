@@ -112,7 +112,10 @@ fn errors_name_their_place() {
         ("vn 1 2", "error obj::numbers m.obj:4:1 the normal: found 2 numbers, expected 3: x y z"),
         ("vt", "error obj::numbers m.obj:4:1 the texture vertex: found 0 numbers, expected 1 to 3: u v w"),
         ("v 1 2 é", "error obj::number m.obj:4:7 found `é`, expected a number"),
-        ("v 1e999 0 0", "error obj::number m.obj:4:3 found `1e999`, which is too large, expected a number below 3.4e38"),
+        (
+            "v 1e999 0 0",
+            "error obj::number m.obj:4:3 found `1e999`, which is too large, expected a number below 3.4e38",
+        ),
         (
             "\u{1}\u{2} 3",
             "error obj::not-text m.obj:4:1 this is no text: found `\u{fffd}\u{fffd}`, expected a statement of OBJ",
@@ -267,7 +270,10 @@ fn options_of_maps_may_stand_behind_the_name() {
     assert_eq!(same("t.png -s 2 3 1 -clamp on", "-s 2 3 1 -clamp on t.png"), [""; 0]);
     assert_eq!(same("my -x t.png -o 0.5 0.5", "-o 0.5 0.5 my -x t.png"), [""; 0]);
     assert_eq!(same("t.png # -s 2 2 2", "t.png"), [""; 0]);
-    assert_eq!(same("t.png\t-blendu on -boost 3", "t.png"), ["warning mtl::option a.mtl:2:25 the option `-boost` is not applied by this version"]);
+    assert_eq!(
+        same("t.png\t-blendu on -boost 3", "t.png"),
+        ["warning mtl::option a.mtl:2:25 the option `-boost` is not applied by this version"]
+    );
 }
 
 #[test]
@@ -337,13 +343,19 @@ fn files_outside_the_folder_are_refused_and_not_shown() {
     let text = format!("mtllib ../secret.mtl\n{TRIANGLE}f 1 2 3\n");
     let read = read_in(&inner, MeshFormat::Obj, text.as_bytes());
     let message = read.only();
-    assert!(message.starts_with("error asset::outside m.obj:1:8 found `../secret.mtl`, which lies outside"), "{message}");
+    assert!(
+        message.starts_with("error asset::outside m.obj:1:8 found `../secret.mtl`, which lies outside"),
+        "{message}"
+    );
     assert!(read.out.iter().all(|d| d.help.contains("--asset-root")));
     assert!(!format!("{:?}{:?}", read.out, read.sources).contains("hunter2"));
     std::fs::write(inner.join("a.mtl"), "newmtl m\nmap_Kd ../../../etc/passwd\n").unwrap();
     let read =
         read_in(&inner, MeshFormat::Obj, format!("mtllib a.mtl\n{TRIANGLE}usemtl m\nf 1 2 3\n").as_bytes());
-    assert!(read.only().starts_with("error asset::outside a.mtl:2:8 found `../../../etc/passwd`, which lies outside"));
+    assert!(
+        read.only()
+            .starts_with("error asset::outside a.mtl:2:8 found `../../../etc/passwd`, which lies outside")
+    );
 }
 
 #[test]

@@ -120,7 +120,10 @@ fn faults_name_their_place() {
             "error off::counts m.off:2:1 4000000000 vertices are announced: found 11 bytes behind that, expected more",
         ),
         ("OFF\n3", "error off::truncated m.off:2:2 found the end of the file, expected the number of faces"),
-        ("OFF\n1 1\n0 0 0\n", "error off::truncated m.off:4:1 found the end of the file after 0 of 1 faces, expected all"),
+        (
+            "OFF\n1 1\n0 0 0\n",
+            "error off::truncated m.off:4:1 found the end of the file after 0 of 1 faces, expected all",
+        ),
         (
             "OFF\n3 1 0\n0 0 0\n1 0",
             "error off::vertex m.off:4:1 vertex 1: found 2 numbers, expected 3 or more: x y z",

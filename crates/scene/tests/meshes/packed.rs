@@ -62,16 +62,13 @@ fn damaged_packs_are_told_with_their_byte() {
     let last = changed.len() - 6;
     changed[last] ^= 1;
     let bad = messages(&loaded(folder.path(), "bad.ply.gz", &changed));
-    assert!(
-        bad[0].starts_with("error asset::gzip `bad.ply.gz`: about byte "),
-        "{bad:?}"
-    );
+    assert!(bad[0].starts_with("error asset::gzip `bad.ply.gz`: about byte "), "{bad:?}");
     let mut bomb = GzEncoder::new(Vec::new(), Compression::fast());
     (0..20).for_each(|_| bomb.write_all(&[b' '; 1 << 20]).unwrap());
     let bomb = loaded(folder.path(), "bomb.obj.gz", &bomb.finish().unwrap());
-    assert!(
-        messages(&bomb)[0].starts_with("error asset::gzip `bomb.obj.gz`: byte 0: found gzip data that unpack to more than 16777216")
-    );
+    assert!(messages(&bomb)[0].starts_with(
+        "error asset::gzip `bomb.obj.gz`: byte 0: found gzip data that unpack to more than 16777216"
+    ));
 }
 
 #[test]

@@ -263,7 +263,10 @@ fn faults_of_headers_name_their_place() {
     let cases = [
         ("", "error ply::empty m.ply:1:1 found an empty file, expected a line `ply`"),
         ("v 0 0 0\n", "error ply::magic m.ply:1:1 this is no PLY file: found `v`, expected a line `ply`"),
-        ("ply\nend_header\n", "error ply::format m.ply:1:1 found no line `format`, expected one in the header"),
+        (
+            "ply\nend_header\n",
+            "error ply::format m.ply:1:1 found no line `format`, expected one in the header",
+        ),
         ("ply\nformat ascii 2.0\n", "error ply::format m.ply:2:14 found the version `2.0`, expected 1.0"),
         (
             "ply\nformat text 1.0\n",
@@ -289,7 +292,10 @@ fn faults_of_headers_name_their_place() {
             "ply\nelement a 1\nproperty list float int x\n",
             "error ply::type m.ply:3:15 found the type float for the length of a list, expected a whole one",
         ),
-        ("ply\nelement a 1\nelement a 1\n", "error ply::element m.ply:3:9 found the element `a` twice, expected it once"),
+        (
+            "ply\nelement a 1\nelement a 1\n",
+            "error ply::element m.ply:3:9 found the element `a` twice, expected it once",
+        ),
         (
             "ply\nfoo\n",
             "error ply::header m.ply:2:1 found `foo`, expected comment, element, property, obj_info or end_header",
@@ -335,7 +341,10 @@ fn faults_of_data_name_their_place() {
     let (points, good) = ("0 0 0\n1 0 0\n0 1 0\n", "3 0 1 2\n");
     let text = |rest: &str| read(format!("{head}{rest}").as_bytes()).messages().remove(0);
     let cases = [
-        (format!("{points}{good}"), "ply::truncated m.ply:14:1 found the end of the file after 1 of 2 rows of `face`, expected all"),
+        (
+            format!("{points}{good}"),
+            "ply::truncated m.ply:14:1 found the end of the file after 1 of 2 rows of `face`, expected all",
+        ),
         (format!("0 0 0\n1 0 0\n0 y 0\n{good}"), "ply::number m.ply:12:3 found `y`, expected a number"),
         (
             format!("0 0 0\n1 0 0\n0 1e39 0\n{good}"),
@@ -353,10 +362,7 @@ fn faults_of_data_name_their_place() {
             format!("{points}{good}-3 0 1 2\n"),
             "ply::number m.ply:14:1 face 1: found `-3`, expected the length of the list `vertex_indices`",
         ),
-        (
-            format!("{points}{good}3 0 1 3\n"),
-            "ply::index m.ply:14:1 face 1: found vertex 3, expected 0 to 2",
-        ),
+        (format!("{points}{good}3 0 1 3\n"), "ply::index m.ply:14:1 face 1: found vertex 3, expected 0 to 2"),
         (
             format!("{points}{good}3 0 -1 2\n"),
             "ply::index m.ply:14:1 face 1: found vertex -1, expected 0 to 2",

@@ -78,13 +78,21 @@ fn faults_of_texts_name_their_line() {
         ),
         ("vertex 0 0 0", "vertex 0 o 0", "error stl::number m.stl:4:10 found `o`, expected a number"),
         ("vertex 0 0 0\n", "\n", "error stl::statement m.stl:2:1 found 2 vertices in the facet, expected 3"),
-        ("endloop", "vertex 1 2 3", "error stl::statement m.stl:2:1 found 4 vertices in the facet, expected 3"),
+        (
+            "endloop",
+            "vertex 1 2 3",
+            "error stl::statement m.stl:2:1 found 4 vertices in the facet, expected 3",
+        ),
         (
             "facet normal 0 0 1\n",
             "\n",
             "error stl::statement m.stl:4:1 found a vertex outside of a facet, expected `facet` before it",
         ),
-        ("endfacet\n", "\n", "error stl::statement m.stl:2:1 found the end of the solid within this facet, expected `endfacet`"),
+        (
+            "endfacet\n",
+            "\n",
+            "error stl::statement m.stl:2:1 found the end of the solid within this facet, expected `endfacet`",
+        ),
     ];
     for (from, to, expected) in cases {
         let messages = stl(TEXT.replacen(from, to, 1)).messages();

@@ -1,8 +1,8 @@
 //! All channels of an OpenEXR file, by layers.
 
 use super::{
-    Fault, channel_names, check_channel_count, check_layer, choose, read_line, reported, texts, utf8,
-    subsampled, write_part,
+    Fault, channel_names, check_channel_count, check_layer, choose, read_line, reported, subsampled, texts,
+    utf8, write_part,
 };
 use crate::codec::{Result, Source, zeroed};
 use crate::format::Format;

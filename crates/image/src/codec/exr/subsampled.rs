@@ -79,7 +79,8 @@ fn decode_from(
     for (channel, [x, y]) in header.channels.list.iter_mut().zip(samplings) {
         channel.sampling = Vec2(*x, *y);
     }
-    let plane = |c: &usize| zeroed::<f32>(size.0 / samplings[*c][0] as u32, size.1 / samplings[*c][1] as u32, 1);
+    let plane =
+        |c: &usize| zeroed::<f32>(size.0 / samplings[*c][0] as u32, size.1 / samplings[*c][1] as u32, 1);
     let planes = choice.channels.iter().map(plane).collect::<Result<_>>().map_err(Fault::Ours)?;
     let mut picture = Picture { header, width, choice, planes };
     let mut chunks = reader.filter_chunks(false, |_, _, _| true)?;
@@ -101,10 +102,16 @@ fn decode_from(
 }
 
 /// Refuses all but halves of even sizes.
-fn check_samplings(source: &Source<'_>, header: &Header, size: (u32, u32), samplings: &[Sampling]) -> Result<()> {
+fn check_samplings(
+    source: &Source<'_>,
+    header: &Header,
+    size: (u32, u32),
+    samplings: &[Sampling],
+) -> Result<()> {
     let corner = header.own_attributes.layer_position;
     let fits = |[x, y]: Sampling| {
-        let divides = |side: u32, start: i32, n: usize| (side as usize).is_multiple_of(n) && start % n as i32 == 0;
+        let divides =
+            |side: u32, start: i32, n: usize| (side as usize).is_multiple_of(n) && start % n as i32 == 0;
         (1..=2).contains(&x)
             && (1..=2).contains(&y)
             && divides(size.0, corner.x(), x)
@@ -158,8 +165,9 @@ impl Picture {
             for (index, channel) in list.iter().enumerate() {
                 let count = sampled(channel, y);
                 let length = count * channel.sample_type.bytes_per_sample();
-                let (row, after) =
-                    rest.split_at_checked(length).ok_or_else(|| Error::Invalid("a block is too short".into()))?;
+                let (row, after) = rest
+                    .split_at_checked(length)
+                    .ok_or_else(|| Error::Invalid("a block is too short".into()))?;
                 rest = after;
                 let Some(k) = self.choice.channels.iter().position(|c| *c == index) else { continue };
                 let at = y / channel.sampling.y() * count;
@@ -227,7 +235,10 @@ mod tests {
             .with_encoding(compression, BlockDescription::ScanLines, LineOrder::Increasing);
         let mut bytes = vec![0x76, 0x2f, 0x31, 0x01, 2, 0, 0, 0];
         let mut attribute = |name: &str, kind: &str, value: &[u8]| {
-            bytes.extend([name.as_bytes(), &[0], kind.as_bytes(), &[0], &(value.len() as u32).to_le_bytes(), value].concat());
+            bytes.extend(
+                [name.as_bytes(), &[0], kind.as_bytes(), &[0], &(value.len() as u32).to_le_bytes(), value]
+                    .concat(),
+            );
         };
         let mut list = Vec::new();
         for c in &channels {
@@ -275,7 +286,9 @@ mod tests {
             at += 8 + block.len();
         }
         for (y, block) in blocks {
-            bytes.extend([&(y as u32).to_le_bytes()[..], &(block.len() as u32).to_le_bytes(), &block].concat());
+            bytes.extend(
+                [&(y as u32).to_le_bytes()[..], &(block.len() as u32).to_le_bytes(), &block].concat(),
+            );
         }
         bytes
     }
@@ -291,7 +304,10 @@ mod tests {
                 let [r, g, b] = image.rgb(x as u32, y as u32);
                 let expected = f16::from_f32(luma(x, y)).to_f32();
                 assert!((luminance([r, g, b]) - expected).abs() < 1e-5, "{compression:?}, {x}, {y}");
-                assert!((r / expected - 1.0 - CHROMA[0]).abs() < 1e-5 && (b / expected - 1.0 - CHROMA[1]).abs() < 1e-5);
+                assert!(
+                    (r / expected - 1.0 - CHROMA[0]).abs() < 1e-5
+                        && (b / expected - 1.0 - CHROMA[1]).abs() < 1e-5
+                );
             }
             let layers = crate::decode_layers(&bytes, Path::new("a.exr")).unwrap().layers;
             assert_eq!(layers.get("").unwrap().to_image(8, 36).unwrap(), image);
@@ -300,7 +316,9 @@ mod tests {
 
     #[test]
     fn other_parts_of_the_resolution_and_cut_files_are_refused() {
-        let message = |bytes: &[u8]| crate::decode(bytes, Path::new("a.exr"), ColorSpace::Auto).unwrap_err().to_string();
+        let message = |bytes: &[u8]| {
+            crate::decode(bytes, Path::new("a.exr"), ColorSpace::Auto).unwrap_err().to_string()
+        };
         let text = message(&file(Compression::Uncompressed, 4));
         assert!(text.contains("channel BY with a sample for 4 × 4 pixels"), "{text}");
         let whole = file(Compression::ZIP16, 2);
@@ -311,10 +329,10 @@ mod tests {
 
     #[test]
     fn between_samples_are_their_means() {
-        let mut full = vec![0.0; 16];
+        let mut full = [0.0; 16];
         stretch(&[0.0, 2.0, 4.0, 8.0], [4, 4], [2, 2], full.iter_mut());
         assert_eq!(full[..8], [0.0, 1.0, 2.0, 2.0, 2.0, 3.5, 5.0, 5.0]);
-        let mut same = vec![0.0; 4];
+        let mut same = [0.0; 4];
         stretch(&[1.0, 2.0, 3.0, 4.0], [2, 2], [1, 1], same.iter_mut());
         assert_eq!(same, [1.0, 2.0, 3.0, 4.0]);
     }

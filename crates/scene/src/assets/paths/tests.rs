@@ -114,7 +114,10 @@ fn tells_other_faults_apart() {
     let long = t.find("scene", &"n/".repeat(5000)).expect_err("too long").to_string();
     assert!(long.len() < 200 && long.contains("4096"), "{long}");
     let fault = t.find("scene", "a\0.png").expect_err("NUL");
-    assert_eq!(fault.to_string(), "found `a\u{fffd}.png`, expected the name of a file: it has control characters");
+    assert_eq!(
+        fault.to_string(),
+        "found `a\u{fffd}.png`, expected the name of a file: it has control characters"
+    );
 }
 
 #[cfg(unix)]

@@ -153,7 +153,9 @@ impl<'a> Reading<'_, 'a> {
         match corners.iter().find(is_broken) {
             None => Some(()),
             Some(vertex) => {
-                let what = format!("found vertex {vertex} with a position that is not finite, expected three finite numbers");
+                let what = format!(
+                    "found vertex {vertex} with a position that is not finite, expected three finite numbers"
+                );
                 self.fault(place, "ply::not-finite", &what, faults)
             }
         }
@@ -315,8 +317,10 @@ impl Faces {
         }
         // Those with holes meet some of their vertices twice.
         if corners_found > 2 * positions.len() {
-            let what =
-                format!("found {corners_found} corners, expected at most twice the {} vertices", positions.len());
+            let what = format!(
+                "found {corners_found} corners, expected at most twice the {} vertices",
+                positions.len()
+            );
             return reading.fault(place, "ply::face", &what, faults);
         }
         corners.clear();

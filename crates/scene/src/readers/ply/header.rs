@@ -205,8 +205,10 @@ impl<'a> Reader<'a, '_> {
             let count = self.word(line, words.next(), "the type of the list's length")?;
             let list = self.scalar(count)?;
             if !list.is_whole() {
-                let message =
-                    format!("found the type {} for the length of a list, expected a whole one", count.lossy());
+                let message = format!(
+                    "found the type {} for the length of a list, expected a whole one",
+                    count.lossy()
+                );
                 return self.fault("ply::type", count, message, TYPES_HELP);
             }
             (Some(list), self.word(line, words.next(), "the type of the list's values")?)

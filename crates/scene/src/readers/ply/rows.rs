@@ -162,7 +162,8 @@ impl<'a> Rows<'a> {
 
     fn ends(&self, element: &Element<'a>, row: usize, faults: &mut Faults<'a>) -> Option<()> {
         let (count, name) = (element.count, element.name.shortened());
-        let message = format!("found the end of the file after {row} of {count} rows of `{name}`, expected all");
+        let message =
+            format!("found the end of the file after {row} of {count} rows of `{name}`, expected all");
         let help = format!("{} more expected; was the file cut?", count - row);
         let end = faults.end();
         faults.error("ply::truncated", end, message, help);
@@ -227,7 +228,10 @@ impl<'a> Rows<'a> {
         let length = property.list.and_then(|count| Some(count.read(bytes.get(..count.size())?, big)));
         let message = match (length, property.list) {
             (Some(length), _) if length < 0.0 => {
-                format!("{row}: found the length {length} of the list `{name}` at byte {}, expected 0 or more", self.at)
+                format!(
+                    "{row}: found the length {length} of the list `{name}` at byte {}, expected 0 or more",
+                    self.at
+                )
             }
             (Some(length), Some(count)) => format!(
                 "{row}: the list `{name}` at byte {} announces {length} values: expected {} bytes, found {}",

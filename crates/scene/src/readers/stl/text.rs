@@ -149,8 +149,10 @@ impl<'a> Reader<'a, '_> {
     fn end(&mut self) {
         let end = self.faults.end();
         if let Some(open) = &self.facet {
-            let message =
-                format!("found the end of the file in a facet with {} vertices, expected 3 and `endfacet`", open.found);
+            let message = format!(
+                "found the end of the file in a facet with {} vertices, expected 3 and `endfacet`",
+                open.found
+            );
             self.faults.error("stl::truncated", end, message, HELP);
         } else if self.solid && !self.faults.failed() {
             let message = "the file ends without `endsolid`";
