@@ -144,7 +144,9 @@ fn a_jpeg_file_that_ends_early_with_the_right_mark_is_refused() {
         let is_in_scan = |length: &usize| {
             let last = file[..*length].windows(2).rposition(is_mark).unwrap_or(0);
             let header = 2 + usize::from(file[last + 3]);
-            file[last + 1] == 0xda && last + header <= *length && !is_mark(&file[*length..*length + 2])
+            file[last + 1] == 0xda
+                && last + header <= *length
+                && !file[*length - 1..*length + 2].windows(2).any(is_mark)
         };
         for length in (4..file.len() - 2).filter(is_in_scan) {
             let cut = [&file[..length], &[0xff, 0xd9]].concat();
