@@ -44,7 +44,9 @@ impl Folder {
             return self.command(arguments);
         }
         let mut command = Command::new("sh");
-        let limit = format!("ulimit -d {} && exec \"$0\" \"$@\"", memory >> 10);
+        // The limit counts the stacks of threads, which are reserved and hardly used: 2 MiB each, two for a processor.
+        let stacks = std::thread::available_parallelism().map_or(1, |n| n.get() as u64) << 22;
+        let limit = format!("ulimit -d {} && exec \"$0\" \"$@\"", (memory + stacks) >> 10);
         command.args(["-c", &limit, env!("CARGO_BIN_EXE_penombre")]).args(arguments);
         command.current_dir(self.0.path()).env("NO_COLOR", "1");
         command

@@ -323,6 +323,30 @@ mod tests {
         assert_eq!(triangles, [[7, 8, 9]]);
     }
 
+    #[test]
+    fn the_sweep_answers_whatever_the_polygon() {
+        // Few places, so that corners and edges meet, overlap and turn back on themselves.
+        let mut state = 11u64;
+        let mut below = |n: u64| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (state >> 33) % n
+        };
+        let mut cut = 0;
+        for round in 0..20_000 {
+            let (corners, places) = (3 + below(if round % 10 == 0 { 2000 } else { 12 }), 2 + below(6));
+            let flat: Vec<[f64; 2]> =
+                (0..corners).map(|_| [below(places) as f64, below(places) as f64]).collect();
+            let mut triangles = Vec::new();
+            let is_whole = sweep::triangulate(&flat, &mut triangles);
+            assert!(is_whole || triangles.is_empty());
+            let area = |t: &[u32; 3]| t.map(|i| flat[i as usize]);
+            let covered: f64 = triangles.iter().map(area).map(|[a, b, c]| turn(a, b, c).abs()).sum();
+            assert!(!is_whole || (covered - signed_area(&flat)).abs() < 1e-6 * covered.max(1.0));
+            cut += usize::from(is_whole);
+        }
+        assert!(cut > 1000, "{cut}");
+    }
+
     /// Corners anywhere: nearly every edge crosses thousands of others.
     fn scattered(n: u64) -> Vec<Vec3> {
         let at = |i: u64, k: u64| (i.wrapping_mul(k) >> 40) as f32;
