@@ -3,6 +3,7 @@
 mod apt;
 mod bits;
 pub mod python;
+mod strace;
 mod tally;
 pub mod window;
 
@@ -51,6 +52,9 @@ pub fn run(slow: bool) -> Outcome {
     let python = python::find_or_install();
     if python.is_none() {
         tally.not_run("NOT RUN: comparison with the oracle: no python3 of 3.11 or newer (Debian: apt-get install python3)");
+    }
+    if !strace::is_there_or_installed() {
+        tally.not_run("NOT RUN: what the command opens: no strace (Debian: apt-get install strace)");
     }
     // Before the tests: those of the window draw with the driver that may have to be installed.
     let screen = Screen::find_or_install();

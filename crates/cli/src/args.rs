@@ -42,7 +42,7 @@ pub enum Command {
     Info(InfoArgs),
     /// Tell all faults of a scene, rendering nothing.
     Check(CheckArgs),
-    /// Write images in other formats.
+    /// Write images, or scenes, in other formats.
     Convert(ConvertArgs),
     /// Compare two images.
     Diff(DiffArgs),
@@ -57,7 +57,7 @@ pub enum Command {
 }
 
 /// A scene and what the command line changes of it.
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 pub struct SceneArgs {
     /// A scene file (.toml, .json), a mesh (.obj, .off, .ply, .stl), or a built-in: sphere, square, cornell, sphere-as-given,
     /// cornell-as-given.
@@ -192,17 +192,20 @@ pub struct CheckArgs {
 
 #[derive(Debug, Args)]
 pub struct ConvertArgs {
-    /// The image and its new name; with `-o`, one image or several.
+    /// The image or scene and its new name; with `-o`, one or several.
     ///
-    /// Read are PNG, JPEG, PPM/PGM/PBM, PFM, OpenEXR, Radiance, TGA, BMP, WebP, and the first frame of GIF, told by their
+    /// Scenes, meshes and built-in scenes become .toml or .json: all in one file, with what `--set` changes, but without
+    /// comments. A mesh becomes the scene that is made around it. Files that a scene names stay where they are.
+    ///
+    /// Of images are read PNG, JPEG, PPM/PGM/PBM, PFM, OpenEXR, Radiance, TGA, BMP, WebP, and the first frame of GIF, told by their
     /// content. The new name's extension is the format: .png .jpg .ppm .pgm .pfm .exr .hdr .tga .bmp .webp. Texts in the file
     /// are kept where the format has a place for them, alpha in .png .exr .tga .bmp .webp, layers from .exr to .exr.
     #[arg(value_name = "FILE", required = true)]
     pub files: Vec<PathBuf>,
-    /// Write this file, repeatable; or a folder, with `--format`: each image is written there under its name.
+    /// Write this file, repeatable; or a folder, with `--format`: each image or scene is written there under its name.
     #[arg(short, long, value_name = "FILE|FOLDER")]
     pub output: Vec<PathBuf>,
-    /// Extension of the images in the folder, for example png.
+    /// Extension of the files in the folder, for example png or json.
     #[arg(long, value_name = "EXTENSION", requires = "output")]
     pub format: Option<String>,
     /// Tone curve of 8-bit outputs, as for `render`: srgb, raw, agx, aces, pbr-neutral or filmic; default: srgb, which gives
@@ -218,6 +221,12 @@ pub struct ConvertArgs {
     /// normal maps and masks; to keep them so in 8 bits, add `--tone raw`. srgb: encoded whatever the format says.
     #[arg(long, value_name = "SPACE", default_value = "auto", value_parser = parse_color_space)]
     pub color_space: ColorSpace,
+    /// Of scenes: override a parameter, as for `render`; repeatable.
+    #[arg(long, value_name = "PATH=VALUE")]
+    pub set: Vec<String>,
+    /// Of scenes: also allow files below this folder; repeatable.
+    #[arg(long, value_name = "DIR")]
+    pub asset_root: Vec<PathBuf>,
 }
 
 #[derive(Debug, Args)]

@@ -1,5 +1,7 @@
 //! `penombre convert`.
 
+mod scenes;
+
 use crate::args::{ConvertArgs, Verbosity};
 use crate::{Exit, report, terminal};
 use penombre_image::{
@@ -10,16 +12,13 @@ use std::path::{Path, PathBuf};
 /// What is read, for messages.
 pub const READABLE: &str = "images are PNG, JPEG, PPM, PFM, OpenEXR, Radiance, TGA, BMP, WebP or GIF files";
 
-/// Files that are scenes or meshes, not images.
-const SCENES: [&str; 10] = ["toml", "json", "gltf", "glb", "obj", "ply", "stl", "off", "pbrt", "xml"];
-
 /// Longest name of a text that every format keeps, in characters of ASCII.
 const LONGEST_NAME: usize = 79;
 
 /// Longest such text, bytes.
 const LONGEST_TEXT: usize = 60_000;
 
-/// One image and where it goes.
+/// One image or scene, and where it goes.
 #[derive(Debug, PartialEq)]
 struct Job {
     input: PathBuf,
@@ -27,33 +26,44 @@ struct Job {
 }
 
 /// What is wrong with the command line, and what to do about it.
-type Fault = (String, &'static str);
+type Fault = (String, String);
 
-/// Converts images. All are tried, whatever becomes of the others.
+/// Converts images or scenes. All are tried, whatever becomes of the others.
 pub fn run(args: &ConvertArgs, verbosity: &Verbosity) -> Exit {
-    let jobs = match jobs(args).and_then(|jobs| check(&jobs, args).map(|()| jobs)) {
-        Ok(jobs) => jobs,
+    let checked = |jobs: Vec<Job>| {
+        let to_scenes = scenes::are_wanted(&jobs)?;
+        if to_scenes { scenes::check(args) } else { check_images(&jobs, args) }?;
+        check(&jobs).map(|()| (jobs, to_scenes))
+    };
+    let (jobs, to_scenes) = match jobs(args).and_then(checked) {
+        Ok(checked) => checked,
         Err((message, help)) => {
-            report::error(&message, help);
+            report::error(&message, &help);
             return Exit::Usage;
         }
     };
+    let convert = if to_scenes { scenes::convert } else { convert };
     let ends: Vec<Exit> = jobs.iter().map(|job| convert(job, args, verbosity)).collect();
     // A file that is wrong weighs more than a disk that is full.
     let worst = [Exit::Usage, Exit::Failure].into_iter().find(|worst| ends.contains(worst));
     worst.unwrap_or(Exit::Done)
 }
 
-/// `IN OUT`, or `IN… -o OUT`, where several images need a folder and a format.
+fn fault<T>(message: String, help: impl Into<String>) -> Result<T, Fault> {
+    Err((message, help.into()))
+}
+
+/// `IN OUT`, or `IN… -o OUT`, where several need a folder and a format.
 fn jobs(args: &ConvertArgs) -> Result<Vec<Job>, Fault> {
     let files = &args.files;
     if args.output.is_empty() {
         let [input, output] = &files[..] else {
             let help = "`penombre convert IN OUT`, or `penombre convert IN… -o FOLDER --format png`";
-            return Err((
-                format!("found {} file names, expected an image and its new name", files.len()),
+            let found = files.len();
+            return fault(
+                format!("found {found} file names, expected an image or scene and its new name"),
                 help,
-            ));
+            );
         };
         return Ok(vec![Job { input: input.clone(), outputs: vec![output.clone()] }]);
     }
@@ -65,15 +75,15 @@ fn jobs(args: &ConvertArgs) -> Result<Vec<Job>, Fault> {
         }
         (None, true) => {
             let help = "add the format, for example `--format png`";
-            Err((format!("the output {} is a folder", output.display()), help))
+            fault(format!("the output {} is a folder", output.display()), help)
         }
         (Some(_), false) => {
             let help = "name a folder that exists, or leave `--format` out";
-            Err((format!("`--format` is given, but {} is no folder", output.display()), help))
+            fault(format!("`--format` is given, but {} is no folder", output.display()), help)
         }
         (None, false) if files.len() > 1 => {
-            let message = format!("{} images cannot all become {}", files.len(), output.display());
-            Err((message, "name a folder that exists, and add the format, for example `--format png`"))
+            let message = format!("{} files cannot all become {}", files.len(), output.display());
+            fault(message, "name a folder that exists, and add the format, for example `--format png`")
         }
         (None, false) => Ok(output.clone()),
     };
@@ -84,38 +94,42 @@ fn jobs(args: &ConvertArgs) -> Result<Vec<Job>, Fault> {
     files.iter().map(job).collect()
 }
 
-/// Checks all that can be checked before anything is read.
-fn check(jobs: &[Job], args: &ConvertArgs) -> Result<(), Fault> {
-    let outputs = || jobs.iter().flat_map(|job| &job.outputs);
-    if let Some(scene) = jobs.iter().map(|job| &job.input).chain(outputs()).find(|path| is_scene(path)) {
-        let message = format!("{}: scenes and meshes are not converted yet, images only", scene.display());
-        return Err((message, "`penombre help convert` lists the formats"));
-    }
+/// Checks the names of the outputs before anything is read.
+fn check(jobs: &[Job]) -> Result<(), Fault> {
     let mut seen: Vec<PathBuf> = Vec::new();
     for (job, output) in jobs.iter().flat_map(|job| job.outputs.iter().map(move |output| (job, output))) {
-        Format::from_path(output).map_err(|e| (e.to_string(), "choose another extension"))?;
         let absolute = std::path::absolute(output).unwrap_or_else(|_| output.clone());
         if seen.contains(&absolute) {
-            return Err((format!("two images would become {}", output.display()), "choose other names"));
+            return fault(format!("two files would become {}", output.display()), "choose other names");
         }
         seen.push(absolute);
         if same_file(output, &job.input) {
-            let message = format!("the new image would replace {}, the one it is made of", output.display());
-            return Err((message, "choose another name for the output"));
+            let message = format!("the new file would replace {}, the one it is made of", output.display());
+            return fault(message, "choose another name for the output");
         }
         penombre_sys::check_writable(output)
-            .map_err(|e| (format!("cannot write {e}"), "choose another place for the output"))?;
-    }
-    let has_tone = args.tone.is_some() || args.exposure != 0.0;
-    if has_tone && !outputs().any(|o| Format::from_path(o).is_ok_and(Format::is_8_bit)) {
-        let message = "`--tone` and `--exposure` are for outputs of 8 bits, and there is none".to_owned();
-        return Err((message, "leave them out: .exr, .hdr and .pfm hold the light as it is"));
+            .or_else(|e| fault(format!("cannot write {e}"), "choose another place for the output"))?;
     }
     Ok(())
 }
 
-fn is_scene(path: &Path) -> bool {
-    path.extension().is_some_and(|e| SCENES.iter().any(|scene| e.eq_ignore_ascii_case(scene)))
+/// Checks what is for images alone.
+fn check_images(jobs: &[Job], args: &ConvertArgs) -> Result<(), Fault> {
+    let mut formats = Vec::new();
+    for output in jobs.iter().flat_map(|job| &job.outputs) {
+        formats
+            .push(Format::from_path(output).or_else(|e| fault(e.to_string(), "choose another extension"))?);
+    }
+    let has_tone = args.tone.is_some() || args.exposure != 0.0;
+    if has_tone && !formats.into_iter().any(Format::is_8_bit) {
+        let message = "`--tone` and `--exposure` are for outputs of 8 bits, and there is none".to_owned();
+        return fault(message, "leave them out: .exr, .hdr and .pfm hold the light as it is");
+    }
+    if !args.set.is_empty() || !args.asset_root.is_empty() {
+        let message = "`--set` and `--asset-root` are for scenes, and these are images".to_owned();
+        return fault(message, "leave them out");
+    }
+    Ok(())
 }
 
 /// True if both paths lead to one file that is there.

@@ -87,14 +87,14 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// Refuses sizes of zero, sizes beyond [`MAX_PIXELS`], and more pixels than the file can hold at
-    /// `pixels_per_byte`, the best that any encoder of the format can do.
+    /// Refuses sizes of zero, sizes beyond [`MAX_PIXELS`], more pixels than the file can hold at `pixels_per_byte`, the
+    /// best that any encoder of the format can do, and huge pictures of which it says next to nothing.
     pub fn check_size(&self, width: u64, height: u64, pixels_per_byte: u64) -> Result<(u32, u32)> {
         if width == 0 || height == 0 {
             return Err(self.fault(format!("a size of {width} × {height} pixels"), "at least one pixel"));
         }
         let bytes = self.bytes.len() as u64;
-        let limit = MAX_PIXELS.min(bytes.saturating_mul(pixels_per_byte));
+        let limit = sensible_pixels(bytes).min(bytes.saturating_mul(pixels_per_byte));
         let side = |n: u64| u32::try_from(n).ok();
         match (width.checked_mul(height), side(width), side(height)) {
             (Some(pixels), Some(w), Some(h)) if pixels <= limit => Ok((w, h)),
@@ -104,6 +104,14 @@ impl<'a> Source<'a> {
             }
         }
     }
+}
+
+/// Most pixels of a file of that many bytes. Small files that unpack to gigabytes are made to do harm: up to 4096² pixels
+/// are taken from any file, up to 8192² where one value takes a byte before it is packed as well as can be, which
+/// covers masks of one colour, and more only from files that say something of them.
+fn sensible_pixels(bytes: u64) -> u64 {
+    let empty = bytes.saturating_mul(1100).min(1 << 26);
+    bytes.saturating_mul(32).max(empty).clamp(1 << 24, MAX_PIXELS)
 }
 
 /// Room for the samples of an image that has passed [`Source::check_size`].
@@ -211,5 +219,22 @@ pub fn linearise(
         if channel == channels {
             channel = 0;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn small_files_do_not_become_gigabytes() {
+        let check = |side: u64, length: usize| {
+            let bytes = vec![0; length];
+            Source::new(Format::Png, &bytes).check_size(side, side, png::PIXELS_PER_BYTE).is_ok()
+        };
+        // Pictures of one colour, as large as they are in practice: 1 bit, a byte and three bytes for a pixel.
+        assert!(check(4096, 2_200) && check(8192, 66_000) && check(8192, 211_851));
+        assert!(!check(8192, 8_500) && !check(16_000, 31_500) && !check(16_000, 775_221));
+        assert!(check(16_000, 8_000_000) && !check(16_400, 500_000_000));
     }
 }

@@ -133,6 +133,31 @@ fn a_file_cut_anywhere_is_refused() {
 }
 
 #[test]
+fn a_jpeg_file_that_ends_early_with_the_right_mark_is_refused() {
+    let is_read = |bytes: &[u8]| decode(bytes, Path::new("a.jpg"), ColorSpace::Auto).is_ok();
+    let (mut files, mut cuts) = (0, 0);
+    for (_, file) in seeds().into_iter().filter(|(format, _)| *format == Format::Jpeg) {
+        assert!(is_read(&file));
+        files += 1;
+        // Within the data of scans: with fewer scans a progressive file is whole, and only less sharp.
+        let is_mark = |w: &[u8]| w[0] == 0xff && !matches!(w[1], 0 | 0xd0..=0xd7 | 0xff);
+        let is_in_scan = |length: &usize| {
+            let last = file[..*length].windows(2).rposition(is_mark).unwrap_or(0);
+            let header = 2 + usize::from(file[last + 3]);
+            file[last + 1] == 0xda
+                && last + header <= *length
+                && !file[*length - 1..*length + 2].windows(2).any(is_mark)
+        };
+        for length in (4..file.len() - 2).filter(is_in_scan) {
+            let cut = [&file[..length], &[0xff, 0xd9]].concat();
+            assert!(!is_read(&cut), "{length} of {} bytes", file.len());
+            cuts += 1;
+        }
+    }
+    assert!(files >= 4 && cuts > 200, "{files} {cuts}");
+}
+
+#[test]
 fn mutated_files_never_panic_or_hang() {
     count_caught_panics();
     let rounds = if std::env::var_os("PENOMBRE_SLOW").is_some() { 100_000 } else { 1500 };

@@ -130,11 +130,7 @@ impl Loader<'_> {
 
     /// Finds a file that a node names; `None` after a fault.
     fn find(&mut self, id: NodeId, name: &str, span: Span) -> Option<PathBuf> {
-        let said_in = self.sources.get(self.description.node(id).span.file).map(|f| &f.path);
-        let base = match said_in {
-            Some(path) if !path.as_os_str().is_empty() => path.parent().unwrap_or(Path::new("")).to_owned(),
-            _ => self.folders.root.clone(),
-        };
+        let base = base_folder(self.description.node(id), self.sources, self.folders);
         match self.folders.resolve(&base, name) {
             Ok(path) => Some(path),
             Err(fault) => {
@@ -170,7 +166,7 @@ impl Loader<'_> {
             |path: &Path| MeshFormat::of_path(path).map(|format| (format, without_gz(path) != path));
         let Some((format, gz)) = by_name(path).or_else(|| by_name(Path::new(said))) else {
             let endings = MeshFormat::ENDINGS;
-            let message = format!("`{name}` is no mesh that is read, expected a name that ends in {endings}");
+            let message = format!("found `{name}`, expected a mesh: a name that ends in {endings}");
             self.out.error("asset::mesh-format", span, message).help =
                 "write it as PLY or OBJ in the program that made it".to_owned();
             return None;
@@ -202,7 +198,7 @@ impl Loader<'_> {
             (true, true) => {}
             (false, false) => return Some(bytes),
             (false, true) => {
-                let message = format!("`{name}` is compressed with gzip, but its name does not say so");
+                let message = format!("`{name}`: byte 0: found gzip data, expected a name that ends in .gz");
                 self.out.error("asset::gzip", span, message).help =
                     "unpack it, or give it a name that ends in .gz".to_owned();
                 return None;
@@ -323,6 +319,14 @@ impl Loader<'_> {
     fn add_or_find(&mut self, node: &Node) -> NodeId {
         let known = self.description.find(node.role, &node.name);
         known.unwrap_or_else(|| self.description.add(node.clone()))
+    }
+}
+
+/// The folder to which the names of files in a node are relative.
+pub(crate) fn base_folder(node: &Node, sources: &Sources, folders: &Folders) -> PathBuf {
+    match sources.get(node.span.file).map(|f| &f.path) {
+        Some(path) if !path.as_os_str().is_empty() => path.parent().unwrap_or(Path::new("")).to_owned(),
+        _ => folders.root.clone(),
     }
 }
 

@@ -20,6 +20,8 @@ const MARGIN: f64 = 0.08;
 const SIZE: [i64; 2] = [640, 480];
 /// The ground fills pictures up to this ratio of width to height.
 const WIDEST: f64 = 2.4;
+/// Largest coordinate of a mesh around which a scene is made: light and ground beyond it would not fit single precision.
+pub const LARGEST: f32 = 1e30;
 /// From the middle of the mesh to the camera; not normalised.
 const TOWARDS_CAMERA: DVec3 = DVec3::new(0.55, 0.45, 1.0);
 /// Parts of the camera's left, world up and towards the camera in the directions of the lights.
@@ -41,6 +43,13 @@ fn used_positions(mesh: &TriangleMesh) -> impl Iterator<Item = Vec3> {
     let mut used = vec![false; mesh.positions.len()];
     mesh.indices.iter().flatten().for_each(|i| used[*i as usize] = true);
     mesh.positions.iter().zip(used).filter_map(|(p, used)| used.then_some(*p))
+}
+
+/// The largest coordinate of the meshes of a scene.
+pub fn largest_coordinate(scene: &SceneDescription, assets: &Assets) -> f32 {
+    let shapes = scene.of_role(Role::Shape);
+    let meshes = shapes.filter_map(|(id, _)| assets.mesh(id)).map(|file| &file.mesh);
+    meshes.flat_map(used_positions).fold(0.0, |most, p| p.abs().max_element().max(most))
 }
 
 /// Adds the camera `auto`, the shape and material `ground` and the lights `key`, `fill` and `sky` to a scene of meshes

@@ -16,6 +16,7 @@ pub mod load;
 pub mod mesh;
 pub mod native;
 pub mod params;
+mod portable;
 pub mod readers;
 pub mod report;
 pub mod schema;
@@ -29,6 +30,7 @@ pub use description::{Node, NodeId, Param, Role, SceneDescription, Value, ValueK
 pub use diagnostic::{Diagnostic, Diagnostics, Severity};
 pub use mesh::TriangleMesh;
 pub use params::{ColorInput, FloatInput, Params};
+pub use portable::Portable;
 pub use readers::{Folders, MeshFile};
 pub use schema::{Kind, ParamDefault, ParamSpec, Range};
 pub use span::{FileId, SourceFile, Sources, Span};

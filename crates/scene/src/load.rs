@@ -7,7 +7,7 @@ mod tests;
 use crate::assets::{Assets, PathFault, UNREADABLE_HELP, check_regular};
 use crate::auto;
 use crate::builtin;
-use crate::description::SceneDescription;
+use crate::description::{Node, NodeId, SceneDescription};
 use crate::diagnostic::Diagnostics;
 use crate::json::read_json;
 use crate::native::Include;
@@ -17,7 +17,9 @@ use crate::span::{FileId, Sources, Span};
 use crate::suggest::{help_for, nearest_file};
 use crate::toml::read_toml;
 use kind::{Content, FileKind};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Longest chain of files that include each other.
 const LONGEST_CHAIN: usize = 64;
@@ -42,6 +44,10 @@ pub struct Loaded {
     pub assets: Assets,
     /// The texts that places point into.
     pub sources: Sources,
+    /// The folders below which files were read.
+    pub folders: Folders,
+    /// Nodes that came with mesh files, as the files have them.
+    pub(crate) brought: BTreeMap<NodeId, Arc<Node>>,
     /// All faults found so far.
     pub diagnostics: Diagnostics,
     /// What people call the scene: the built-in's name, or the file's name without folder and ending.
@@ -117,7 +123,7 @@ impl Loader {
                 self.error(
                     "load::kind",
                     Span::NONE,
-                    format!("`{source}` {}", unreadable.message),
+                    format!("`{source}`: byte 0: {}", unreadable.message),
                     unreadable.help,
                 );
             }
@@ -216,7 +222,7 @@ impl Loader {
         let shown = String::from_utf8_lossy(bytes);
         let file = self.loaded.sources.add(path, name, shown.as_ref());
         let span = Span { file, start: u32::try_from(at).unwrap_or(u32::MAX), len: 3 };
-        let message = format!("`{name}` is no UTF-8 text: byte {at} is 0x{:02x}", bytes[at]);
+        let message = format!("`{name}`: byte {at}: found 0x{:02x}, expected text in UTF-8", bytes[at]);
         self.error("load::encoding", span, message, "save the file as UTF-8".to_owned());
     }
 
@@ -250,13 +256,18 @@ impl Loader {
         match kind::of_file(&path, &bytes) {
             Ok(FileKind { content: Content::Scene, .. }) => self.scene(&path, &name, &bytes, include.span),
             Ok(_) => {
-                let message = format!("`{name}` is a mesh, expected a scene file");
+                let message = format!("`{name}`: byte 0: found a mesh, expected a scene file");
                 let help = "name it by `file` of a shape of type mesh".to_owned();
                 self.error("load::kind", include.span, message, help);
                 false
             }
             Err(fault) => {
-                self.error("load::kind", include.span, format!("`{name}` {}", fault.message), fault.help);
+                self.error(
+                    "load::kind",
+                    include.span,
+                    format!("`{name}`: byte 0: {}", fault.message),
+                    fault.help,
+                );
                 false
             }
         }
@@ -292,7 +303,9 @@ impl Loader {
         if !self.loaded.readable {
             return;
         }
-        let Loaded { description, assets, sources, diagnostics, bare_mesh, .. } = &mut self.loaded;
+        self.loaded.folders = self.folders.clone();
+        let Loaded { description, assets, sources, diagnostics, bare_mesh, brought, name, .. } =
+            &mut self.loaded;
         let mut late: Vec<(&String, FileId)> = Vec::new();
         let mut early_faults = Diagnostics::default();
         for argument in sets {
@@ -307,7 +320,19 @@ impl Loader {
         }
         let nodes = description.len();
         *assets = Assets::load(description, &self.folders, sources, diagnostics);
+        let ids = description.iter().map(|(id, _)| id).skip(nodes);
+        *brought = ids.map(|id| (id, description.shared(id).clone())).collect();
         if *bare_mesh {
+            let largest = auto::largest_coordinate(description, assets);
+            if largest > auto::LARGEST {
+                let most = auto::LARGEST;
+                let message = format!(
+                    "`{name}`, byte 0: found coordinates up to {largest:e}, expected at most {most:e}"
+                );
+                let help = "scale the mesh down: camera and light around it would be out of reach";
+                diagnostics.error("load::extent", Span::NONE, message).help = help.to_owned();
+                return;
+            }
             auto::complete(description, assets);
         }
         if description.len() == nodes {

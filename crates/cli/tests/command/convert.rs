@@ -1,9 +1,8 @@
 //! `penombre convert`, and bad images.
 
-use super::{Folder, names, small, text};
+use super::{Folder, names, small, test_data, text};
 use penombre_image::{ColorSpace, Format, Image, WriteOptions, load, load_as, load_layers, save};
-use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::path::Path;
 
 /// A picture whose colours are exact sRGB bytes.
 fn picture() -> Image {
@@ -99,8 +98,10 @@ fn wrong_conversions_are_refused_before_anything_is_read() {
     std::fs::create_dir(folder.path("out")).unwrap();
     folder.write("mesh.obj", "v 0 0 0\n");
     for (arguments, expected) in [
-        (vec!["mesh.obj", "b.png"], "mesh.obj: scenes and meshes are not converted yet"),
-        (vec!["a.png", "b.glb"], "b.glb: scenes and meshes"),
+        (vec!["mesh.obj", "b.png"], "`penombre render mesh.obj -o b.png` renders it"),
+        (vec!["a.png", "b.glb"], "b.glb: scenes are written as .toml or .json only"),
+        (vec!["a.png", "b.toml"], "a.png is an image, and b.toml a scene"),
+        (vec!["a.png", "b.exr", "--set", "camera.fov=1"], "are for scenes"),
         (vec!["a.png", "b.gif"], "GIF: is read, but not written"),
         (vec!["a.png", "b.xyz"], "expected a file name that ends in one of .png"),
         (vec!["a.png", "nowhere/b.png"], "nowhere"),
@@ -109,7 +110,7 @@ fn wrong_conversions_are_refused_before_anything_is_read() {
         (vec!["a.png", "-o", "out"], "--format png"),
         (vec!["a.png", "-o", "b.png", "--format", "png"], "is no folder"),
         (vec!["a.png", "a.png", "-o", "b.png"], "cannot all become"),
-        (vec!["a.png", "a.png", "-o", "out", "--format", "png"], "two images would become"),
+        (vec!["a.png", "a.png", "-o", "out", "--format", "png"], "two files would become"),
         (vec!["a.png", "b.exr", "--exposure", "1"], "outputs of 8 bits"),
         (vec!["a.png", "b.exr", "--color-space", "sRGB"], "auto, linear, srgb"),
         (vec!["none.png", "b.exr"], "none.png"),
@@ -118,66 +119,6 @@ fn wrong_conversions_are_refused_before_anything_is_read() {
         assert!(said.contains(expected), "{said}");
     }
     assert_eq!(names(folder.0.path()), ["a.png", "mesh.obj", "out"]);
-}
-
-/// The folder of test data of that name; tells if there is none.
-fn test_data(part: &str) -> Option<PathBuf> {
-    let root = std::env::var_os("PENOMBRE_TESTDATA")
-        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared"), PathBuf::from);
-    let path = root.join(part);
-    if path.exists() {
-        return Some(path);
-    }
-    eprintln!("NOT RUN: the test data {part} is not there; set PENOMBRE_TESTDATA to its folder");
-    None
-}
-
-/// Runs the command on a bad image; checks status, words and time.
-fn answer(folder: &Folder, arguments: &[&str], name: &str, class: &str) {
-    let start = Instant::now();
-    let output = folder.run(arguments);
-    let (time, said) = (start.elapsed(), text(&output.stderr));
-    assert!(time < Duration::from_secs(2), "{name}: {time:?}");
-    let status = output.status.code();
-    let allowed: &[i32] = match class {
-        "ERR" => &[2],
-        "OK" => &[0],
-        _ => &[0, 2],
-    };
-    assert!(status.is_some_and(|s| allowed.contains(&s)), "{name}: {status:?}, {said}");
-    assert!(!said.contains("panicked") && !said.contains("internal fault"), "{name}: {said}");
-    if status == Some(2) {
-        let file = Path::new(name).file_name().unwrap().to_string_lossy();
-        let placed = said.contains(", byte ") || said.contains(": byte ");
-        let parts = [&*file, "found", "expected"];
-        assert!(placed && parts.iter().all(|part| said.contains(part)), "{name}: {said}");
-    }
-}
-
-#[test]
-fn the_corpus_of_bad_images() {
-    let Some(corpus) = test_data("bad-inputs") else { return };
-    let index = std::fs::read_to_string(corpus.join("INDEX.tsv")).unwrap();
-    let folder = Folder::new();
-    let mut checked = 0;
-    for line in index.lines().filter(|l| l.starts_with("images/")) {
-        let fields: Vec<&str> = line.split('\t').collect();
-        let (name, class) = (fields[0], fields[1]);
-        let file = Path::new(name).file_name().unwrap().to_str().unwrap();
-        // A copy that can be removed: those of the corpus are write-protected.
-        std::fs::write(folder.path(file), std::fs::read(corpus.join(name)).unwrap()).unwrap();
-        answer(&folder, &["convert", file, "out.exr"], name, class);
-        let scene = format!(
-            "penombre = 1\n[texture.bad]\ntype = \"image\"\nfile = \"{file}\"\n[material.m]\ntype = \"diffuse\"\ncolor = {{ \
-             texture = \"bad\" }}\n[shape.s]\ntype = \"sphere\"\nmaterial = \"m\"\n[camera.c]\ntype = \"perspective\"\n"
-        );
-        folder.write("scene.toml", &scene);
-        let arguments = ["render", "scene.toml", "--size", "8x8", "--spp", "1", "-o", "out.png"];
-        answer(&folder, &arguments, name, class);
-        std::fs::remove_file(folder.path(file)).unwrap();
-        checked += 1;
-    }
-    assert!(checked > 90, "only {checked} images in the corpus");
 }
 
 #[test]

@@ -6,8 +6,11 @@ mod bits;
 mod convert;
 mod corpus;
 mod editors;
+mod hostile;
 mod limits;
+mod outside;
 mod saves;
+mod scenes;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -32,6 +35,20 @@ impl Folder {
     fn command(&self, arguments: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_penombre"));
         command.args(arguments).current_dir(self.0.path()).env("NO_COLOR", "1");
+        command
+    }
+
+    /// The command with that much memory for its data, bytes; on Linux, where a process can be limited so.
+    fn limited(&self, arguments: &[&str], memory: u64) -> Command {
+        if !cfg!(target_os = "linux") {
+            return self.command(arguments);
+        }
+        let mut command = Command::new("sh");
+        // The limit counts the stacks of threads, which are reserved and hardly used: 2 MiB each, two for a processor.
+        let stacks = std::thread::available_parallelism().map_or(1, |n| n.get() as u64) << 22;
+        let limit = format!("ulimit -d {} && exec \"$0\" \"$@\"", (memory + stacks) >> 10);
+        command.args(["-c", &limit, env!("CARGO_BIN_EXE_penombre")]).args(arguments);
+        command.current_dir(self.0.path()).env("NO_COLOR", "1");
         command
     }
 
@@ -61,6 +78,18 @@ impl Folder {
 
 fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// The folder of test data of that name; tells if there is none.
+fn test_data(part: &str) -> Option<PathBuf> {
+    let root = std::env::var_os("PENOMBRE_TESTDATA")
+        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared"), PathBuf::from);
+    let path = root.join(part);
+    if path.exists() {
+        return Some(path);
+    }
+    eprintln!("NOT RUN: the test data {part} is not there; set PENOMBRE_TESTDATA to its folder");
+    None
 }
 
 fn names(folder: &Path) -> Vec<String> {
@@ -271,8 +300,8 @@ fn wrong_command_lines_are_refused() {
         (vec!["render", "cornell", "--denoise"], "not built yet"),
         (vec!["render", "cornell", "--resume"], "not built yet"),
         (vec!["merge", "a.part"], "not built yet"),
-        (vec!["convert", "cornell", "a.toml"], "not converted yet"),
-        (vec!["convert", "a.png"], "an image and its new name"),
+        (vec!["convert", "cornell", "a.glb"], "scenes are written as .toml or .json only"),
+        (vec!["convert", "a.png"], "an image or scene and its new name"),
         (vec!["render", "cornell", "--nose", "0.1"], "--nose"),
         (vec!["render", "cornell", "--size", "0x4"], "0x4"),
         (vec!["render", "cornell", "--spp", "0"], "--spp"),

@@ -1,6 +1,7 @@
 //! OpenEXR \[OpenEXR\]: 32 bits with ZIP compression out; the first layer with colour or luminance in, or all of them.
 
 mod layered;
+mod subsampled;
 
 pub use layered::{decode_layers, encode_layers};
 
@@ -126,7 +127,8 @@ impl From<::exr::error::Error> for Fault {
 }
 
 pub fn decode(bytes: &[u8], space: ColorSpace) -> Result<Decoded> {
-    reported(bytes, |cursor, bytes| decode_from(cursor, bytes, space))
+    subsampled::decode(bytes, space)
+        .unwrap_or_else(|| reported(bytes, |cursor, bytes| decode_from(cursor, bytes, space)))
 }
 
 /// Runs a decoder and tells its fault with the place it had reached.
@@ -140,7 +142,7 @@ fn reported<'a, T>(
         match fault {
             Fault::Ours(kind) => kind,
             Fault::Library(::exr::error::Error::NotSupported(what)) => {
-                source.unsupported(what, "a flat picture")
+                source.unsupported(what.trim_end_matches(" not supported yet"), "a flat picture")
             }
             Fault::Library(error) => {
                 if let Some(kind) = broken_attribute(&mut source) {
@@ -195,10 +197,7 @@ fn decode_from(
     let reader = ::exr::block::read(cursor, false)?;
     let source = Source::new(Format::Exr, bytes);
     check_channel_count(&source, reader.headers()).map_err(Fault::Ours)?;
-    let choice = choose(reader.headers()).ok_or_else(|| {
-        let found = channel_names(reader.headers());
-        Fault::Ours(source.unsupported(found, "a flat layer with channels R, G, B or Y"))
-    })?;
+    let choice = chosen(&source, reader.headers()).map_err(Fault::Ours)?;
     let header = reader.headers()[choice.layer].clone();
     let size = check_layer(&source, &header).map_err(Fault::Ours)?;
     let channels = choice.channels.len() as u32;
@@ -210,14 +209,26 @@ fn decode_from(
         let block = UncompressedBlock::decompress_chunk(chunk?, chunks.meta_data(), false)?;
         read_block(&block, &header, &choice, size.0 as usize, &mut samples)?;
     }
+    Ok(finished(samples, size, &choice, &header, space))
+}
+
+/// The image of samples as they stand in the file.
+fn finished(
+    mut samples: Vec<f32>,
+    size: (u32, u32),
+    choice: &Choice,
+    header: &Header,
+    space: ColorSpace,
+) -> Decoded {
+    let channels = choice.channels.len() as u32;
     if choice.chroma {
         to_rgb(&mut samples, channels);
     }
     let transfer = Transfer::of(space, Transfer::Linear);
     transfer.apply_to_colors(&mut samples, channels);
     let mut decoded = finish(Format::Exr, size, channels, samples, transfer != Transfer::Linear);
-    decoded.metadata = texts(&header);
-    Ok(decoded)
+    decoded.metadata = texts(header);
+    decoded
 }
 
 /// Puts the chosen channels of a block where they belong in the interleaved samples of a picture of this width.
@@ -279,6 +290,12 @@ fn to_rgb(samples: &mut [f32], channels: u32) {
         let [wr, wg, wb] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(luminance);
         pixel[..3].copy_from_slice(&[r, (y - wr * r - wb * b) / wg, b]);
     }
+}
+
+/// The channels to be read, or that there are none.
+fn chosen(source: &Source<'_>, headers: &[Header]) -> Result<Choice> {
+    choose(headers)
+        .ok_or_else(|| source.unsupported(channel_names(headers), "a flat layer with channels R, G, B or Y"))
 }
 
 /// The first flat layer with R, G, B (and A), else the first with Y, RY, BY, else with Y (and A), else the same with a common prefix such

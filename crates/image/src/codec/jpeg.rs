@@ -1,5 +1,7 @@
 //! JPEG: quality 95 out; grey and colour in.
 
+mod scan;
+
 use super::{Result, Source, Transfer, finish, linearise, room, zeroed};
 use crate::error::ImageErrorKind;
 use crate::format::Format;
@@ -69,6 +71,11 @@ pub fn decode(bytes: &[u8], space: ColorSpace) -> Result<Decoded> {
     if let Err(error) = decoder.decode_into(&mut buffer) {
         drop(decoder);
         return Err(fault(&cursor, Some(&error)));
+    }
+    // Now that the library has found the number of scans within reason.
+    if let Some(at) = scan::cut_at(bytes) {
+        let found = "the end of the data of the picture";
+        return Err(Source { format: Format::Jpeg, bytes, at }.fault(found, "data for all of its blocks"));
     }
     let transfer = Transfer::of(space, Transfer::Srgb);
     let mut samples = room(width, height, channels)?;

@@ -10,7 +10,7 @@ use std::path::{Component, Path, PathBuf};
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum PathFault {
     /// It lies, perhaps by way of a symbolic link, outside the allowed folders, or is named by an absolute path.
-    #[error("`{name}` lies outside the scene's folder and is not read")]
+    #[error("found `{name}`, which lies outside, expected a file below the scene's folder")]
     Outside {
         /// The name as the scene says it.
         name: String,
@@ -18,7 +18,7 @@ pub enum PathFault {
         folder: Option<PathBuf>,
     },
     /// It is an address and not a file.
-    #[error("`{name}` is an address, expected a file below the scene's folder")]
+    #[error("found the address `{name}`, expected a file below the scene's folder")]
     Address {
         /// The name as the scene says it.
         name: String,
@@ -32,7 +32,7 @@ pub enum PathFault {
         path: PathBuf,
     },
     /// It is a folder, a device or a pipe.
-    #[error("`{name}` is {found}, expected a file")]
+    #[error("`{name}`: found {found}, expected a file")]
     NotAFile {
         /// The name as the scene says it.
         name: String,
@@ -40,7 +40,7 @@ pub enum PathFault {
         found: &'static str,
     },
     /// No file can have this name.
-    #[error("`{name}` is no name of a file: {reason}")]
+    #[error("found `{name}`, expected the name of a file: {reason}")]
     Invalid {
         /// The name as the scene says it, without control characters.
         name: String,
@@ -104,6 +104,9 @@ impl PathFault {
 
 /// What to do where the system does not let a file be read.
 pub const UNREADABLE_HELP: &str = "check that you may read the file and its folder";
+
+/// Longest name of a file that is looked for, bytes: no system has longer ones.
+const LONGEST_NAME: usize = 4096;
 
 /// Finds the file that a scene names.
 ///
@@ -172,6 +175,10 @@ pub fn check_regular(path: &Path, name: &str) -> Result<(), PathFault> {
 fn check_name(name: &str) -> Result<(), PathFault> {
     if name.is_empty() {
         return Err(PathFault::Invalid { name: String::new(), reason: "it is empty" });
+    }
+    if name.len() > LONGEST_NAME {
+        let shown = format!("{}…", name.chars().take(40).collect::<String>());
+        return Err(PathFault::Invalid { name: shown, reason: "it is longer than 4096 bytes" });
     }
     if name.chars().any(char::is_control) {
         let shown =

@@ -20,7 +20,7 @@ pub struct FileKind {
     pub guessed: bool,
 }
 
-/// A file that cannot be read: words to follow its name, and a hint.
+/// A file that cannot be read: what was found at its first byte and expected, and a hint.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Unreadable {
     pub message: String,
@@ -33,13 +33,13 @@ pub const KNOWN: &str =
 
 /// First bytes that tell what a file is.
 const MAGIC: [(&[u8], &str); 16] = [
-    (b"\x1f\x8b", "compressed with gzip"),
-    (b"x\x9c", "compressed with zlib"),
-    (b"x\xda", "compressed with zlib"),
+    (b"\x1f\x8b", "data compressed with gzip"),
+    (b"x\x9c", "data compressed with zlib"),
+    (b"x\xda", "data compressed with zlib"),
     (b"PK\x03\x04", "a zip archive"),
-    (b"\xfd7zXZ\0", "compressed with xz"),
-    (b"\x28\xb5\x2f\xfd", "compressed with zstd"),
-    (b"BZh", "compressed with bzip2"),
+    (b"\xfd7zXZ\0", "data compressed with xz"),
+    (b"\x28\xb5\x2f\xfd", "data compressed with zstd"),
+    (b"BZh", "data compressed with bzip2"),
     (b"\x89PNG", "a PNG image"),
     (b"\xff\xd8\xff", "a JPEG image"),
     (b"\x76\x2f\x31\x01", "an OpenEXR image"),
@@ -47,8 +47,8 @@ const MAGIC: [(&[u8], &str); 16] = [
     (b"%PDF", "a PDF document"),
     (b"BLENDER", "a Blender file"),
     (b"\x7fELF", "a program"),
-    (b"\xff\xfe", "a text in UTF-16"),
-    (b"\xfe\xff", "a text in UTF-16"),
+    (b"\xff\xfe", "text in UTF-16"),
+    (b"\xfe\xff", "text in UTF-16"),
 ];
 
 /// Formats that this version does not read, by ending.
@@ -77,23 +77,26 @@ pub fn of_file(path: &Path, bytes: &[u8]) -> Result<FileKind, Unreadable> {
     }
     if let Some((_, what)) = MAGIC.iter().find(|(magic, _)| bytes.starts_with(magic)) {
         let help = match *what {
-            "compressed with gzip" if is_mesh => "unpack it, or give it a name that ends in .gz",
+            "data compressed with gzip" if is_mesh => "unpack it, or give it a name that ends in .gz",
             what if what.contains("compressed") || what.contains("archive") => "unpack it first",
-            "a text in UTF-16" => "save it as UTF-8",
+            "text in UTF-16" => "save it as UTF-8",
             _ => KNOWN,
         };
-        return Err(unreadable(format!("is {what}, expected a scene or mesh"), help));
+        return Err(unreadable(format!("found {what}, expected a scene or mesh"), help));
     }
     let scene = bytes.starts_with(b"glTF").then_some("a binary glTF scene");
     let by_name = NOT_YET.iter().find(|(known, _)| *known == ending).map(|(_, what)| *what);
     if let Some(what) = scene.or(by_name) {
-        return Err(unreadable(format!("is {what}, which is not read by this version"), KNOWN));
+        return Err(unreadable(
+            format!("found {what}, which is planned and not read yet, expected another scene or mesh"),
+            KNOWN,
+        ));
     }
     let kind = |content| Ok(FileKind { content, guessed: false });
     match ending.as_str() {
         _ if is_mesh => kind(Content::Mesh),
         _ if bytes.iter().all(u8::is_ascii_whitespace) => {
-            Err(unreadable("is empty, expected a scene or mesh".to_owned(), KNOWN))
+            Err(unreadable("found an empty file, expected a scene or mesh".to_owned(), KNOWN))
         }
         "toml" | "json" => kind(Content::Scene),
         _ => guess(bytes),
@@ -113,13 +116,19 @@ fn guess(bytes: &[u8]) -> Result<FileKind, Unreadable> {
     let words: Vec<&str> = first.split_whitespace().collect();
     let looks_like = |what: &str, ending: &str| {
         let help = format!("give it a name that ends in {ending}");
-        Err(Unreadable { message: format!("looks like {what}, but its name does not say so"), help })
+        Err(Unreadable {
+            message: format!("found what looks like {what}, expected a name that says so"),
+            help,
+        })
     };
     match words[..] {
         ["ply"] => looks_like("a PLY mesh", ".ply"),
         ["solid", ..] => looks_like("an STL mesh", ".stl"),
         ["OFF" | "COFF" | "NOFF" | "CNOFF" | "STOFF", ..] => looks_like("an OFF mesh", ".off"),
         ["v" | "vn" | "vt" | "mtllib" | "o" | "g" | "f", _, ..] => looks_like("an OBJ mesh", ".obj"),
-        _ => Err(unreadable("is neither a scene nor a mesh that can be read".to_owned(), KNOWN)),
+        _ => {
+            let found = bytes[..bytes.len().min(8)].escape_ascii();
+            Err(unreadable(format!("found \"{found}\", expected a scene or mesh"), KNOWN))
+        }
     }
 }

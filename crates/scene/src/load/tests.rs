@@ -100,10 +100,13 @@ fn missing_and_forbidden_includes() {
     assert!(text.contains(
         "there is no file `materials.toml`\n  --> main.toml:2:12\n  help: did you mean `material.toml`?"
     ));
-    assert!(text.contains("`../x.toml` lies outside"), "{text}");
+    assert!(text.contains("found `../x.toml`, which lies outside"), "{text}");
     assert!(text.contains("looked for materials.toml"), "{text}");
     assert!(text.contains("--asset-root"), "{text}");
-    assert!(text.contains("`mesh.obj` is a mesh, expected a scene file\n  --> main.toml:2:43"), "{text}");
+    assert!(
+        text.contains("`mesh.obj`: byte 0: found a mesh, expected a scene file\n  --> main.toml:2:43"),
+        "{text}"
+    );
     assert!(text.contains("  --> broken.toml:1:"), "{text}");
 }
 
@@ -153,23 +156,28 @@ fn other_kinds_of_files_are_called_by_their_name() {
     }
     let message = |name: &str| faults(&load_in(&dir, name, &[]), &dir);
     assert!(
-        message("a.gltf").starts_with("error: `a.gltf` is a glTF scene, which is not read by this version\n")
+        message("a.gltf")
+            .starts_with("error: `a.gltf`: byte 0: found a glTF scene, which is planned and not read yet")
     );
-    assert!(message("mesh3").contains("looks like a PLY mesh") && message("mesh3").contains(".ply"));
-    assert!(message("empty.toml").contains("is empty"));
-    assert!(message("mesh").contains("looks like an OFF mesh") && message("mesh").contains(".off"));
-    assert!(message("mesh2").contains("looks like an OBJ mesh"));
-    assert!(message("words.txt").contains("is neither a scene nor a mesh"));
     assert!(
-        message("z.obj").contains("is compressed with gzip")
+        message("mesh3").contains("found what looks like a PLY mesh") && message("mesh3").contains(".ply")
+    );
+    assert!(message("empty.toml").contains("found an empty file"));
+    assert!(
+        message("mesh").contains("found what looks like an OFF mesh") && message("mesh").contains(".off")
+    );
+    assert!(message("mesh2").contains("found what looks like an OBJ mesh"));
+    assert!(message("words.txt").contains(r#"found "hello", expected a scene"#));
+    assert!(
+        message("z.obj").contains("found data compressed with gzip")
             && message("z.obj").contains("unpack it, or give it a name")
     );
-    assert!(message("zlib.obj").contains("is compressed with zlib"));
-    assert!(message("p.toml").contains("is a PNG image"));
-    assert!(message("u.toml").contains("is a text in UTF-16") && message("u.toml").contains("UTF-8"));
-    assert!(message("g").contains("is a binary glTF scene, which is not read by this version"));
-    assert!(message("q.gltf").contains("is a PNG image"), "what a file is counts more than its name");
-    assert!(message("").contains("is a folder, expected a scene file or a built-in scene"));
+    assert!(message("zlib.obj").contains("found data compressed with zlib"));
+    assert!(message("p.toml").contains("found a PNG image"));
+    assert!(message("u.toml").contains("found text in UTF-16") && message("u.toml").contains("UTF-8"));
+    assert!(message("g").contains("found a binary glTF scene, which is planned and not read yet"));
+    assert!(message("q.gltf").contains("found a PNG image"), "what a file is counts more than its name");
+    assert!(message("").contains("found a folder, expected a scene file or a built-in scene"));
     let guessed = load_in(&dir, "no-ending", &[]);
     assert!(guessed.readable && !guessed.diagnostics.has_errors());
     assert_eq!(guessed.diagnostics.count(Severity::Warning), 1);
@@ -180,7 +188,7 @@ fn other_kinds_of_files_are_called_by_their_name() {
 fn devices_are_not_read() {
     let loaded = load("/dev/zero", &LoadOptions::default());
     let text = render_all_plain(&loaded.diagnostics, &loaded.sources);
-    assert!(text.contains("`/dev/zero` is a device or a pipe"), "{text}");
+    assert!(text.contains("`/dev/zero`: found a device or a pipe"), "{text}");
 }
 
 #[test]
@@ -190,7 +198,7 @@ fn texts_that_are_no_utf8_are_told_with_the_byte() {
     let text = faults(&load_in(&dir, "a.toml", &[]), &dir);
     assert_eq!(
         text,
-        "error: `a.toml` is no UTF-8 text: byte 18 is 0xe9\n  --> a.toml:2:6\n  help: save the file as UTF-8\n"
+        "error: `a.toml`: byte 18: found 0xe9, expected text in UTF-8\n  --> a.toml:2:6\n  help: save the file as UTF-8\n"
     );
 }
 

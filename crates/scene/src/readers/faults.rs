@@ -182,7 +182,7 @@ impl<'a> Faults<'a> {
     pub fn bad_number(&mut self, code: &'static str, word: Token<'_>, fault: Number) {
         let shown = word.shortened();
         if fault == Number::Overflow {
-            let message = format!("`{shown}` is too large, expected a number below 3.4e38");
+            let message = format!("found `{shown}`, which is too large, expected a number below 3.4e38");
             self.error(code, word, message, "numbers are kept in single precision: scale the mesh down");
         } else {
             let help = "numbers look like 3, -0.5 or 2e-3, with a point and no comma";

@@ -28,10 +28,10 @@ pub enum GzipFault {
 impl fmt::Display for GzipFault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Truncated(at) => write!(f, "the gzip data end too early, at byte {at}"),
-            Self::Damaged(at) => write!(f, "the gzip data are damaged, at about byte {at}"),
+            Self::Truncated(at) => write!(f, "byte {at}: found the end of the gzip data, expected more"),
+            Self::Damaged(at) => write!(f, "about byte {at}: found damaged gzip data, expected sound ones"),
             Self::TooLarge { limit } => {
-                write!(f, "more than {limit} bytes come out of the gzip data, expected fewer from a mesh")
+                write!(f, "byte 0: found gzip data that unpack to more than {limit} bytes, expected fewer")
             }
         }
     }

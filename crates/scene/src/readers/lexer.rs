@@ -186,12 +186,13 @@ impl<'a> Lexer<'a> {
         }
     }
 
-    /// Length of the backslash and line end here; 0 if there are none.
+    /// Length of the backslash and line end, or end of the file, here; 0 if there are none.
     fn continuation(&self) -> usize {
         match &self.bytes[self.at..] {
             _ if !self.joins_lines => 0,
             [b'\\', b'\r', b'\n', ..] => 3,
             [b'\\', b'\n' | b'\r', ..] => 2,
+            [b'\\'] => 1,
             _ => 0,
         }
     }
@@ -324,6 +325,7 @@ mod tests {
     #[test]
     fn joins_lines_only_where_told() {
         assert_eq!(words("f 1 \\\r\n 2\\\n3 a\\b\nx", true), [vec!["f", "1", "2", "3", "a\\b"], vec!["x"]]);
+        assert_eq!(words("f 1 2\\", true), [["f", "1", "2"]]);
         assert_eq!(words("a \\\nb", false), [vec!["a", "\\"], vec!["b"]]);
     }
 

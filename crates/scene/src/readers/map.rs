@@ -93,28 +93,33 @@ impl Map {
         faults: &mut Faults<'_>,
     ) -> Option<Self> {
         let mut found = Self::new(of, inverted);
-        loop {
-            let mut ahead = lexer.clone();
-            match ahead.token() {
-                Some(option) if is_option(option) => {
-                    *lexer = ahead;
-                    found.option(lexer, option, faults);
-                }
-                _ => break,
-            }
-        }
-        let Some(name) = lexer.rest() else {
+        found.options(lexer, faults);
+        let Some(whole) = lexer.rest() else {
             let statement = word.lossy();
             let message = format!("`{statement}` names no file");
             let help = format!("write `{statement} FILE.png`; the plain {} is used", of.what());
             faults.warning("mtl::map", word, message, help);
             return None;
         };
+        let name = before_options(lexer, whole);
+        if name.text.len() < whole.text.len() {
+            let mut behind = lexer.at(name.at + name.text.len());
+            found.options(&mut behind, faults);
+        }
         let text = name.lossy();
         let unquoted = text.strip_prefix('"').and_then(|t| t.strip_suffix('"')).unwrap_or(&text);
         found.file = unquoted.replace('\\', "/");
         found.span = faults.span(name.at, name.text.len());
         Some(found)
+    }
+
+    /// Reads options as long as there are some.
+    fn options(&mut self, lexer: &mut Lexer<'_>, faults: &mut Faults<'_>) {
+        let mut ahead = lexer.clone();
+        while let Some(option) = ahead.token().filter(|word| is_option(*word)) {
+            self.option(&mut ahead, option, faults);
+            *lexer = ahead.clone();
+        }
     }
 
     /// Reads the arguments of one option.
@@ -169,6 +174,37 @@ pub(super) fn finite(v: f32) -> f32 {
 /// True for a minus and a letter.
 fn is_option(word: Token<'_>) -> bool {
     matches!(word.text, [b'-', letter, ..] if letter.is_ascii_alphabetic())
+}
+
+/// The options that maps have.
+const OPTIONS: [&[u8]; 13] = [
+    b"-s",
+    b"-o",
+    b"-t",
+    b"-mm",
+    b"-clamp",
+    b"-imfchan",
+    b"-blendu",
+    b"-blendv",
+    b"-boost",
+    b"-cc",
+    b"-texres",
+    b"-bm",
+    b"-type",
+];
+
+/// The name of a file without the options that some programs write behind it. Names may have blanks, so only what maps
+/// have as options counts.
+fn before_options<'a>(lexer: &Lexer<'a>, name: Token<'a>) -> Token<'a> {
+    let mut words = lexer.at(name.at);
+    words.token();
+    // Names do not go on behind the end of a line, as words do.
+    while let Some(word) = words.token().filter(|word| word.at < name.at + name.text.len()) {
+        if OPTIONS.contains(&word.text) {
+            return Token { text: name.text[..word.at - name.at].trim_ascii_end(), at: name.at };
+        }
+    }
+    name
 }
 
 /// The texture's word for a letter of `-imfchan`. Depth (`z`) is none.

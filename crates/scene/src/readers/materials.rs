@@ -17,6 +17,9 @@ use std::path::{Path, PathBuf};
 /// Diffuse, specular and shininess of what has no material.
 const PLAIN: ([f32; 3], [f32; 3], f32) = ([0.8; 3], [0.04; 3], 32.0);
 
+/// Most materials that a file may use: each takes some kilobytes, and a word in the file.
+const MOST_SLOTS: usize = 1 << 16;
+
 /// What is used of surfaces about which nothing is said.
 fn unsaid() -> Known {
     let (diffuse, specular, shininess) = PLAIN;
@@ -52,6 +55,11 @@ pub(super) fn of_obj(
     folders: &Folders,
     faults: &mut Faults<'_>,
 ) -> Option<(Vec<Node>, Vec<MeshTexture>)> {
+    if let Some(Some(first)) = file.slots.get(MOST_SLOTS) {
+        let message = format!("found {} materials in use, expected at most {MOST_SLOTS}", file.slots.len());
+        faults.error("obj::material", *first, message, "let surfaces that look alike share a material");
+        return None;
+    }
     let mut known: Vec<Known> = Vec::new();
     let mut sound = true;
     let mut read = HashSet::new();

@@ -236,7 +236,7 @@ fn color(lexer: &mut Lexer<'_>, word: Token<'_>, faults: &mut Faults<'_>) -> Opt
         1 => Some([values[0]; 3]),
         3 => Some(values),
         n => {
-            let message = format!("`{}` has {n} numbers, expected 3: r g b", word.lossy());
+            let message = format!("`{}`: found {n} numbers, expected 3: r g b", word.lossy());
             let help = "write three numbers from 0 to 1, or one for grey; the default is used";
             faults.warning("mtl::numbers", word, message, help);
             None

@@ -242,7 +242,7 @@ impl<'a, 'f, 's> Reader<'a, 'f, 's> {
     }
 
     fn too_few(&mut self, word: Token<'a>, what: &str, found: usize, expected: &str) {
-        let message = format!("{what} has {found} numbers, expected {expected}");
+        let message = format!("{what}: found {found} numbers, expected {expected}");
         let help = "lines look like `v x y z`, `vt u v` and `vn x y z`, with blanks between the numbers";
         self.faults.error("obj::numbers", word, message, help);
     }
@@ -366,10 +366,10 @@ impl<'a, 'f, 's> Reader<'a, 'f, 's> {
             None => {
                 let shown = Token { text, at: word.at }.shortened();
                 let message = match (position, self.soup.positions.len()) {
-                    (0, _) => "the face refers to vertex 0, expected an index from 1".to_owned(),
-                    (_, 0) => format!("the face refers to vertex {shown}, but no vertex came before"),
+                    (0, _) => "found vertex 0 in the face, expected an index from 1".to_owned(),
+                    (_, 0) => format!("found vertex {shown} in the face, expected vertices before it"),
                     (_, n) => {
-                        format!("the face refers to vertex {shown}, expected -{n} to -1: {n} came before")
+                        format!("found vertex {shown} in the face, expected -{n} to -1: {n} came before")
                     }
                 };
                 self.faults.error("obj::index", word, message, COUNT_HELP);
@@ -408,8 +408,8 @@ impl<'a, 'f, 's> Reader<'a, 'f, 's> {
                 let text = word.text.split(|b| *b == b'/').next().unwrap_or(b"");
                 let index = Token { text, at: word.at }.shortened();
                 let message = match positions {
-                    0 => format!("the face refers to vertex {index}, but there are no vertices"),
-                    n => format!("the face refers to vertex {index}, expected 1 to {n}"),
+                    0 => format!("found vertex {index} in the face, expected vertices: there are none"),
+                    n => format!("found vertex {index} in the face, expected 1 to {n}"),
                 };
                 self.faults.error("obj::index", word, message, COUNT_HELP);
             } else if let Some(k) = corners.iter().position(|c| wild(c.normal, normals) || wild(c.uv, uvs)) {
@@ -421,7 +421,7 @@ impl<'a, 'f, 's> Reader<'a, 'f, 's> {
     fn finish(mut self) -> Option<ObjFile<'a>> {
         if self.known == 0 && self.unknown.count() > self.tallies.nul.count() && !self.faults.failed() {
             let end = nth_word(&self.lexer, 0, 0);
-            let message = "no line begins with a statement of OBJ: this is no OBJ file, or not all of it";
+            let message = "found no statement of OBJ, expected lines that begin with `v` and `f`: this is no OBJ file, or not all of it";
             self.faults.error("obj::not-obj", end, message, LINES_HELP);
         }
         self.summary();

@@ -90,7 +90,7 @@ impl<'a> Reader<'a, '_, 'a> {
     fn header(&mut self) -> Option<()> {
         if !self.lexer.next_word_line() {
             let end = self.faults.end();
-            let message = "the file is empty, expected `OFF`, the counts and the vertices";
+            let message = "found an empty file, expected `OFF`, the counts and the vertices";
             self.faults.error("off::empty", end, message, HEADER_HELP);
             return None;
         }
@@ -115,7 +115,8 @@ impl<'a> Reader<'a, '_, 'a> {
     }
 
     fn refuse(&mut self, at: Token<'a>, what: &str) -> Option<()> {
-        let message = format!("`{}`: {what} not read, expected text that begins with `OFF`", at.lossy());
+        let message =
+            format!("found `{}`: {what} not read, expected text that begins with `OFF`", at.lossy());
         let help = "write it as plain OFF or as OBJ in the program that made it";
         self.faults.error("off::unsupported", at, message, help);
         None
@@ -154,7 +155,7 @@ impl<'a> Reader<'a, '_, 'a> {
     fn count(&mut self, what: &str, least: usize) -> Option<usize> {
         if ends_line(&self.lexer) && !self.lexer.next_word_line() {
             let end = self.faults.end();
-            let message = format!("the file ends before the number of {what}");
+            let message = format!("found the end of the file, expected the number of {what}");
             self.faults.error("off::truncated", end, message, HEADER_HELP);
             return None;
         }
@@ -165,7 +166,8 @@ impl<'a> Reader<'a, '_, 'a> {
             Some(n) if n.saturating_mul(least) <= left.saturating_mul(16).saturating_add(4096) => Some(n),
             Some(_) => {
                 let n = word.shortened();
-                let message = format!("{n} {what} are announced, but only {left} bytes follow");
+                let message =
+                    format!("{n} {what} are announced: found {left} bytes behind that, expected more");
                 let help = format!("each of the {what} takes {least} bytes or more");
                 self.faults.error("off::counts", word, message, help);
                 None
@@ -231,7 +233,8 @@ impl<'a> Reader<'a, '_, 'a> {
         let least = self.layout.plain_numbers() + if self.layout.colors { 3 } else { 0 };
         if found < least {
             let wanted = self.layout.describe();
-            let message = format!("vertex {index} has {found} numbers, expected {least} or more: {wanted}");
+            let message =
+                format!("vertex {index}: found {found} numbers, expected {least} or more: {wanted}");
             self.faults.error("off::vertex", start, message, LAYOUT_HELP);
         } else if !several && let Some(word) = self.lexer.token() {
             self.extra.add(word);
@@ -269,7 +272,7 @@ impl<'a> Reader<'a, '_, 'a> {
 
     fn truncated(&mut self, read: usize, count: usize, what: &str) -> Option<()> {
         let end = self.faults.end();
-        let message = format!("the file ends after {read} of {count} {what}");
+        let message = format!("found the end of the file after {read} of {count} {what}, expected all");
         let help = format!("{} more expected; was the file cut?", count - read);
         self.faults.error("off::truncated", end, message, help);
         None
@@ -299,7 +302,7 @@ impl<'a> Reader<'a, '_, 'a> {
         for read in 0..corners {
             let Some(word) = self.lexer.token() else {
                 let message = format!(
-                    "the face announces {} corners, but {read} indices follow in its line",
+                    "the face announces {} corners: found {read} indices in its line, expected as many",
                     first.shortened()
                 );
                 self.faults.error("off::face", first, message, FACE_HELP);
@@ -324,10 +327,10 @@ impl<'a> Reader<'a, '_, 'a> {
         let message = match integer(word.text) {
             Some(i) if (0..vertices as i64).contains(&i) => return Some(i as u32),
             Some(_) if vertices == 0 => {
-                format!("the face refers to vertex {}, but there are no vertices", word.shortened())
+                format!("found vertex {} in the face, expected vertices: there are none", word.shortened())
             }
             Some(_) => {
-                format!("the face refers to vertex {}, expected 0 to {}", word.shortened(), vertices - 1)
+                format!("found vertex {} in the face, expected 0 to {}", word.shortened(), vertices - 1)
             }
             None => format!("found `{}`, expected the index of a vertex", word.shortened()),
         };

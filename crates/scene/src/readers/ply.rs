@@ -74,7 +74,7 @@ fn elements<'a>(
     }
     let Some(vertices) = vertices else {
         let at = header.elements.first().map_or(faults.end(), |e| e.name);
-        let message = "the file has no element `vertex`, expected one with the properties x, y and z";
+        let message = "found no element `vertex`, expected one with the properties x, y and z";
         faults.error("ply::vertex", at, message, "without vertices there is no mesh");
         return None;
     };

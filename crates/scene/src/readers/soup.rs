@@ -2,7 +2,7 @@
 
 use super::faults::{Faults, Tally};
 use super::lexer::Token;
-use super::polygon::{Cut, Triangulator};
+use super::polygon::{ALWAYS_CUT, Cut, Triangulator};
 use super::smoothing::{self, Group};
 use crate::mesh::TriangleMesh;
 use penombre_math::{Vec2, Vec3};
@@ -280,7 +280,7 @@ impl<'a> Soup<'a> {
     /// finite point are left out with a warning.
     pub fn into_mesh(mut self, faults: &mut Faults<'_>, line: impl Fn(usize) -> Token<'a>) -> TriangleMesh {
         let mut cut = Cutting::new(&self);
-        let (mut dropped, mut fans) = (Tally::default(), Tally::default());
+        let (mut dropped, mut tangled) = (Tally::default(), Tally::default());
         let (mut start, mut index) = (0, 0);
         for run in &self.runs {
             let size = run.corners as usize;
@@ -293,16 +293,16 @@ impl<'a> Soup<'a> {
                 if let Some(at) = self.broken_corner(&self.corners[start..start + size]) {
                     dropped.add(at);
                 } else if cut.polygon(&self, start..start + size, index, run) == Cut::TooLarge {
-                    fans.add(line(self.lines.get(index)));
+                    tangled.add(line(self.lines.get(index)));
                 }
                 (start, index) = (start + size, index + 1);
             }
         }
         let message = "a vertex is not a finite point: the faces that use it are left out";
         faults.tally("mesh::not-finite", &dropped, message, "expected three finite numbers");
-        let message = "a polygon has too many corners and is not convex: cut as a fan from its first corner";
+        let message = "a polygon with very many corners crosses or touches itself: it is left out";
         let help = "cut it into triangles in the program that wrote the file";
-        faults.tally("mesh::large-polygon", &fans, message, help);
+        faults.tally("mesh::large-polygon", &tangled, message, help);
         for (index, _) in &self.broken {
             self.positions[*index as usize] = Vec3::ZERO;
         }
@@ -395,6 +395,9 @@ impl Cutting {
         let mut cut = Cut::Covered;
         if corners.len() == 3 {
             self.found.push([0, 1, 2]);
+        } else if corners.len() > ALWAYS_CUT && corners.len() > 2 * soup.positions.len() {
+            // Only those with holes meet vertices twice: this one goes round and round.
+            cut = Cut::TooLarge;
         } else {
             self.points.clear();
             let of_corners = soup.corners[corners.clone()].iter();

@@ -25,7 +25,7 @@ const HELP: &str = "a binary STL file has 80 bytes of text, the number of triang
 pub(super) fn parse<'a>(bytes: &'a [u8], faults: &mut Faults<'a>) -> Option<TriangleMesh> {
     if bytes.is_empty() {
         let end = faults.end();
-        faults.error("stl::empty", end, "the file is empty, expected triangles", HELP);
+        faults.error("stl::empty", end, "found an empty file, expected triangles", HELP);
         return None;
     }
     if announced(bytes).is_none_or(|n| n != records(bytes)) && text::is_text(bytes) {
@@ -49,14 +49,14 @@ fn binary<'a>(bytes: &'a [u8], faults: &mut Faults<'a>) -> Option<TriangleMesh> 
     let start = Token { text: &bytes[..0], at: 0 };
     let length = bytes.len();
     let Some(count) = announced(bytes) else {
-        let message = format!("the file has {length} bytes, expected `solid` or a binary header of {HEADER}");
+        let message = format!("found {length} bytes, expected `solid` or a binary header of {HEADER}");
         faults.error("stl::header", start, message, HELP);
         return None;
     };
     if count > records(bytes) {
         let expected = count * RECORD as f64 + HEADER as f64;
         let message = format!(
-            "{count} triangles are announced at byte 80, which take {expected} bytes, but the file has {length}"
+            "{count} triangles are announced at byte 80: expected a file of {expected} bytes, found {length}"
         );
         faults.error("stl::truncated", start, message, HELP);
         return None;

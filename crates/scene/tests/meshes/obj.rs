@@ -90,15 +90,15 @@ fn vertex_colours_are_display_colours() {
 #[test]
 fn errors_name_their_place() {
     let cases = [
-        ("f 0 1 2", "error obj::index m.obj:4:3 the face refers to vertex 0, expected an index from 1"),
-        ("f 1 2 9", "error obj::index m.obj:4:7 the face refers to vertex 9, expected 1 to 3"),
+        ("f 0 1 2", "error obj::index m.obj:4:3 found vertex 0 in the face, expected an index from 1"),
+        ("f 1 2 9", "error obj::index m.obj:4:7 found vertex 9 in the face, expected 1 to 3"),
         (
             "f 1 2 99999999999999999999",
-            "error obj::index m.obj:4:7 the face refers to vertex 99999999999999999999, expected 1 to 3",
+            "error obj::index m.obj:4:7 found vertex 99999999999999999999 in the face, expected 1 to 3",
         ),
         (
             "f -1 -2 -4",
-            "error obj::index m.obj:4:9 the face refers to vertex -4, expected -3 to -1: 3 came before",
+            "error obj::index m.obj:4:9 found vertex -4 in the face, expected -3 to -1: 3 came before",
         ),
         (
             "f 1 two 3",
@@ -108,11 +108,14 @@ fn errors_name_their_place() {
             "f 1/2/3/4 2 3",
             "error obj::corner m.obj:4:3 found `1/2/3/4`, expected a corner such as 7, 7/1, 7//3 or 7/1/3",
         ),
-        ("v 1 2", "error obj::numbers m.obj:4:1 the vertex has 2 numbers, expected at least 3: x y z"),
-        ("vn 1 2", "error obj::numbers m.obj:4:1 the normal has 2 numbers, expected 3: x y z"),
-        ("vt", "error obj::numbers m.obj:4:1 the texture vertex has 0 numbers, expected 1 to 3: u v w"),
+        ("v 1 2", "error obj::numbers m.obj:4:1 the vertex: found 2 numbers, expected at least 3: x y z"),
+        ("vn 1 2", "error obj::numbers m.obj:4:1 the normal: found 2 numbers, expected 3: x y z"),
+        ("vt", "error obj::numbers m.obj:4:1 the texture vertex: found 0 numbers, expected 1 to 3: u v w"),
         ("v 1 2 é", "error obj::number m.obj:4:7 found `é`, expected a number"),
-        ("v 1e999 0 0", "error obj::number m.obj:4:3 `1e999` is too large, expected a number below 3.4e38"),
+        (
+            "v 1e999 0 0",
+            "error obj::number m.obj:4:3 found `1e999`, which is too large, expected a number below 3.4e38",
+        ),
         (
             "\u{1}\u{2} 3",
             "error obj::not-text m.obj:4:1 this is no text: found `\u{fffd}\u{fffd}`, expected a statement of OBJ",
@@ -124,7 +127,7 @@ fn errors_name_their_place() {
     let read = obj("hello world\nhow are you\n");
     assert_eq!(
         read.messages()[1],
-        "error obj::not-obj m.obj:1:1 no line begins with a statement of OBJ: this is no OBJ file, or not all of it"
+        "error obj::not-obj m.obj:1:1 found no statement of OBJ, expected lines that begin with `v` and `f`: this is no OBJ file, or not all of it"
     );
     let read = obj(&format!("{TRIANGLE}{}", "f 9 9 9\n".repeat(50)));
     assert_eq!(counts(&read.out), [20, 0, 1]);
@@ -252,6 +255,28 @@ fn missing_libraries_and_materials_give_grey() {
 }
 
 #[test]
+fn options_of_maps_may_stand_behind_the_name() {
+    let map = |line: &str| {
+        let library = format!("newmtl m\nmap_Kd {line}\n");
+        let text = format!("mtllib a.mtl\n{TRIANGLE}usemtl m\nf 1 2 3\n");
+        let read = obj_with(&text, &[("a.mtl", &library), ("my -x t.png", ""), ("t.png", "")]);
+        (read.file().textures[0].node.clone(), read.messages())
+    };
+    let same = |a: &str, b: &str| {
+        let ((a, said), (b, _)) = (map(a), map(b));
+        assert!(a.says_the_same(&b), "{a:?} {b:?}");
+        said
+    };
+    assert_eq!(same("t.png -s 2 3 1 -clamp on", "-s 2 3 1 -clamp on t.png"), [""; 0]);
+    assert_eq!(same("my -x t.png -o 0.5 0.5", "-o 0.5 0.5 my -x t.png"), [""; 0]);
+    assert_eq!(same("t.png # -s 2 2 2", "t.png"), [""; 0]);
+    assert_eq!(
+        same("t.png\t-blendu on -boost 3", "t.png"),
+        ["warning mtl::option a.mtl:2:25 the option `-boost` is not applied by this version"]
+    );
+}
+
+#[test]
 fn maps_have_options_and_windows_paths() {
     let text = format!("mtllib sub\\a.mtl\n{TRIANGLE}usemtl m\nf 1 2 3\n");
     let library =
@@ -280,7 +305,7 @@ fn faults_of_libraries_name_the_library() {
             "newmtl m\nKd red green blue\n",
             "warning mtl::number a.mtl:2:4 found `red`, expected a number, 0 or more",
         ),
-        ("newmtl m\nKd 1 2\n", "warning mtl::numbers a.mtl:2:1 `Kd` has 2 numbers, expected 3: r g b"),
+        ("newmtl m\nKd 1 2\n", "warning mtl::numbers a.mtl:2:1 `Kd`: found 2 numbers, expected 3: r g b"),
         ("newmtl m\nNs -5\n", "warning mtl::number a.mtl:2:4 found `-5`, expected a number, 0 or more"),
         ("newmtl m\nNs\n", "warning mtl::numbers a.mtl:2:1 `Ns` has no number, expected one from 0 to 1000"),
         ("Kd 1 1 1\nnewmtl m\n", "warning mtl::order a.mtl:1:1 found `Kd` before any `newmtl`: passed over"),
@@ -318,13 +343,19 @@ fn files_outside_the_folder_are_refused_and_not_shown() {
     let text = format!("mtllib ../secret.mtl\n{TRIANGLE}f 1 2 3\n");
     let read = read_in(&inner, MeshFormat::Obj, text.as_bytes());
     let message = read.only();
-    assert!(message.starts_with("error asset::outside m.obj:1:8 `../secret.mtl` lies outside"), "{message}");
+    assert!(
+        message.starts_with("error asset::outside m.obj:1:8 found `../secret.mtl`, which lies outside"),
+        "{message}"
+    );
     assert!(read.out.iter().all(|d| d.help.contains("--asset-root")));
     assert!(!format!("{:?}{:?}", read.out, read.sources).contains("hunter2"));
     std::fs::write(inner.join("a.mtl"), "newmtl m\nmap_Kd ../../../etc/passwd\n").unwrap();
     let read =
         read_in(&inner, MeshFormat::Obj, format!("mtllib a.mtl\n{TRIANGLE}usemtl m\nf 1 2 3\n").as_bytes());
-    assert!(read.only().starts_with("error asset::outside a.mtl:2:8 `../../../etc/passwd` lies outside"));
+    assert!(
+        read.only()
+            .starts_with("error asset::outside a.mtl:2:8 found `../../../etc/passwd`, which lies outside")
+    );
 }
 
 #[test]

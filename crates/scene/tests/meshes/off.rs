@@ -105,7 +105,7 @@ fn unsupported_forms_say_so() {
 fn faults_name_their_place() {
     let head = "OFF\n3 1 0\n0 0 0\n1 0 0\n";
     let cases = [
-        ("", "error off::empty m.off:1:1 the file is empty, expected `OFF`, the counts and the vertices"),
+        ("", "error off::empty m.off:1:1 found an empty file, expected `OFF`, the counts and the vertices"),
         ("PLY\n1 2", "error off::magic m.off:1:1 this is no OFF file: found `PLY`, expected `OFF`"),
         (
             "OFF\n-3 1 0\n",
@@ -117,13 +117,16 @@ fn faults_name_their_place() {
         ),
         (
             "OFF\n4000000000 1 0\n0 0 0\n",
-            "error off::counts m.off:2:1 4000000000 vertices are announced, but only 11 bytes follow",
+            "error off::counts m.off:2:1 4000000000 vertices are announced: found 11 bytes behind that, expected more",
         ),
-        ("OFF\n3", "error off::truncated m.off:2:2 the file ends before the number of faces"),
-        ("OFF\n1 1\n0 0 0\n", "error off::truncated m.off:4:1 the file ends after 0 of 1 faces"),
+        ("OFF\n3", "error off::truncated m.off:2:2 found the end of the file, expected the number of faces"),
+        (
+            "OFF\n1 1\n0 0 0\n",
+            "error off::truncated m.off:4:1 found the end of the file after 0 of 1 faces, expected all",
+        ),
         (
             "OFF\n3 1 0\n0 0 0\n1 0",
-            "error off::vertex m.off:4:1 vertex 1 has 2 numbers, expected 3 or more: x y z",
+            "error off::vertex m.off:4:1 vertex 1: found 2 numbers, expected 3 or more: x y z",
         ),
     ];
     for (text, expected) in cases {
@@ -134,14 +137,14 @@ fn faults_name_their_place() {
         ("0 y 0\n3 0 1 2", "error off::number m.off:5:3 found `y`, expected a number"),
         (
             "0 1e39 0\n3 0 1 2",
-            "error off::number m.off:5:3 `1e39` is too large, expected a number below 3.4e38",
+            "error off::number m.off:5:3 found `1e39`, which is too large, expected a number below 3.4e38",
         ),
-        ("0 1 0\n3 0 1 3", "error off::index m.off:6:7 the face refers to vertex 3, expected 0 to 2"),
-        ("0 1 0\n3 0 -1 2", "error off::index m.off:6:5 the face refers to vertex -1, expected 0 to 2"),
+        ("0 1 0\n3 0 1 3", "error off::index m.off:6:7 found vertex 3 in the face, expected 0 to 2"),
+        ("0 1 0\n3 0 -1 2", "error off::index m.off:6:5 found vertex -1 in the face, expected 0 to 2"),
         ("0 1 0\n3 0 1.5 2", "error off::index m.off:6:5 found `1.5`, expected the index of a vertex"),
         (
             "0 1 0\n1000000000 0 1 2",
-            "error off::face m.off:6:1 the face announces 1000000000 corners, but 3 indices follow in its line",
+            "error off::face m.off:6:1 the face announces 1000000000 corners: found 3 indices in its line, expected as many",
         ),
         ("0 1 0\n0", "error off::face m.off:6:1 found `0`, expected the number of corners of a face"),
     ];
@@ -155,7 +158,7 @@ fn normals_that_are_not_there_are_missed() {
     let read = off("NOFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n");
     assert_eq!(
         read.messages()[0],
-        "error off::vertex m.off:3:1 vertex 0 has 3 numbers, expected 6 or more: x y z nx ny nz"
+        "error off::vertex m.off:3:1 vertex 0: found 3 numbers, expected 6 or more: x y z nx ny nz"
     );
 }
 

@@ -261,9 +261,12 @@ fn line_ends_and_comments_of_headers() {
 #[test]
 fn faults_of_headers_name_their_place() {
     let cases = [
-        ("", "error ply::empty m.ply:1:1 the file is empty, expected a line `ply`"),
+        ("", "error ply::empty m.ply:1:1 found an empty file, expected a line `ply`"),
         ("v 0 0 0\n", "error ply::magic m.ply:1:1 this is no PLY file: found `v`, expected a line `ply`"),
-        ("ply\nend_header\n", "error ply::format m.ply:1:1 there is no line that begins with `format`"),
+        (
+            "ply\nend_header\n",
+            "error ply::format m.ply:1:1 found no line `format`, expected one in the header",
+        ),
         ("ply\nformat ascii 2.0\n", "error ply::format m.ply:2:14 found the version `2.0`, expected 1.0"),
         (
             "ply\nformat text 1.0\n",
@@ -275,28 +278,31 @@ fn faults_of_headers_name_their_place() {
         ),
         (
             "ply\nelement vertex\n",
-            "error ply::header m.ply:2:1 the line `element` ends before the number of its rows",
+            "error ply::header m.ply:2:1 found the end of the line `element`, expected the number of its rows",
         ),
         (
             "ply\nproperty int x\n",
-            "error ply::header m.ply:2:1 the property `x` stands before the first element",
+            "error ply::header m.ply:2:1 found the property `x`, expected an element before it",
         ),
         (
             "ply\nelement a 1\nproperty real x\n",
-            "error ply::type m.ply:3:10 found the type `real`, which PLY does not have",
+            "error ply::type m.ply:3:10 found the type `real`, expected one of PLY",
         ),
         (
             "ply\nelement a 1\nproperty list float int x\n",
-            "error ply::type m.ply:3:15 the length of the list has the type float, expected a whole one",
+            "error ply::type m.ply:3:15 found the type float for the length of a list, expected a whole one",
         ),
-        ("ply\nelement a 1\nelement a 1\n", "error ply::element m.ply:3:9 the element `a` is there twice"),
+        (
+            "ply\nelement a 1\nelement a 1\n",
+            "error ply::element m.ply:3:9 found the element `a` twice, expected it once",
+        ),
         (
             "ply\nfoo\n",
             "error ply::header m.ply:2:1 found `foo`, expected comment, element, property, obj_info or end_header",
         ),
         (
             "ply\nformat ascii 1.0\n",
-            "error ply::header m.ply:3:1 the header does not end: there is no line `end_header`",
+            "error ply::header m.ply:3:1 found the end of the file in the header, expected a line `end_header`",
         ),
     ];
     for (text, expected) in cases {
@@ -306,22 +312,22 @@ fn faults_of_headers_name_their_place() {
         (
             "face 1; list uchar int vertex_indices".to_owned(),
             "3 0 0 0\n",
-            "ply::vertex m.ply:3:9 the file has no element `vertex`, expected one with the properties x, y and z",
+            "ply::vertex m.ply:3:9 found no element `vertex`, expected one with the properties x, y and z",
         ),
         (
             "vertex 1; int x; int y".to_owned(),
             "0 0\n",
-            "ply::vertex m.ply:3:9 vertices have no property `z`, expected x, y and z",
+            "ply::vertex m.ply:3:9 found no property `z` of vertices, expected x, y and z",
         ),
         (
             format!("vertex 1; {XYZ}; face 1; int a"),
             "0 0 0\n1\n",
-            "ply::face m.ply:7:9 `face` has no list `vertex_indices`, which tells its corners",
+            "ply::face m.ply:7:9 found no list `vertex_indices` in `face`, expected one",
         ),
         (
             format!("vertex 1; {XYZ}; face 1; list int float vertex_indices"),
             "0 0 0\n0\n",
-            "ply::type m.ply:8:25 vertices are counted in whole numbers, expected a list of int or uint",
+            "ply::type m.ply:8:25 found fractions for the numbers of vertices, expected a list of int or uint",
         ),
     ];
     for (lines, body, expected) in cases {
@@ -335,39 +341,39 @@ fn faults_of_data_name_their_place() {
     let (points, good) = ("0 0 0\n1 0 0\n0 1 0\n", "3 0 1 2\n");
     let text = |rest: &str| read(format!("{head}{rest}").as_bytes()).messages().remove(0);
     let cases = [
-        (format!("{points}{good}"), "ply::truncated m.ply:14:1 the file ends after 1 of 2 rows of `face`"),
+        (
+            format!("{points}{good}"),
+            "ply::truncated m.ply:14:1 found the end of the file after 1 of 2 rows of `face`, expected all",
+        ),
         (format!("0 0 0\n1 0 0\n0 y 0\n{good}"), "ply::number m.ply:12:3 found `y`, expected a number"),
         (
             format!("0 0 0\n1 0 0\n0 1e39 0\n{good}"),
-            "ply::number m.ply:12:3 `1e39` is too large, expected a number below 3.4e38",
+            "ply::number m.ply:12:3 found `1e39`, which is too large, expected a number below 3.4e38",
         ),
         (
             format!("0 0 0\n1 0\n0 1 0\n{good}{good}"),
-            "ply::truncated m.ply:11:1 the line of vertex 1 ends before all of `z`",
+            "ply::truncated m.ply:11:1 found the end of the line of vertex 1, expected all of `z`",
         ),
         (
             format!("{points}{good}3 0 1\n"),
-            "ply::truncated m.ply:14:1 the line of face 1 ends before all of `vertex_indices`",
+            "ply::truncated m.ply:14:1 found the end of the line of face 1, expected all of `vertex_indices`",
         ),
         (
             format!("{points}{good}-3 0 1 2\n"),
             "ply::number m.ply:14:1 face 1: found `-3`, expected the length of the list `vertex_indices`",
         ),
-        (
-            format!("{points}{good}3 0 1 3\n"),
-            "ply::index m.ply:14:1 face 1 refers to vertex 3, expected 0 to 2",
-        ),
+        (format!("{points}{good}3 0 1 3\n"), "ply::index m.ply:14:1 face 1: found vertex 3, expected 0 to 2"),
         (
             format!("{points}{good}3 0 -1 2\n"),
-            "ply::index m.ply:14:1 face 1 refers to vertex -1, expected 0 to 2",
+            "ply::index m.ply:14:1 face 1: found vertex -1, expected 0 to 2",
         ),
         (
             format!("{points}{good}7 0 1 2 0 1 2 0\n"),
-            "ply::face m.ply:14:1 face 1 has 7 corners, but the file has only 3 vertices",
+            "ply::face m.ply:14:1 face 1: found 7 corners, expected at most twice the 3 vertices",
         ),
         (
             format!("0 0 0\nnan 0 0\n0 1 0\n{good}"),
-            "ply::not-finite m.ply:13:1 face 0 uses vertex 1, whose position is not three finite numbers",
+            "ply::not-finite m.ply:13:1 face 0: found vertex 1 with a position that is not finite, expected three finite numbers",
         ),
     ];
     for (rest, expected) in cases {
@@ -375,7 +381,7 @@ fn faults_of_data_name_their_place() {
     }
     let huge = header(&format!("vertex 4000000000; {XYZ}; face 1; {LIST}"));
     let message = read(format!("{huge}{points}").as_bytes()).only();
-    assert!(message.starts_with("error ply::truncated m.ply:3:9 4000000000 rows of `vertex` are announced, at least 24000000000 bytes from byte 1"), "{message}");
+    assert!(message.starts_with("error ply::truncated m.ply:3:9 4000000000 rows of `vertex` are announced: expected at least 24000000000 bytes from byte 1"), "{message}");
 }
 
 #[test]
@@ -389,14 +395,14 @@ fn faults_of_binary_data_name_their_byte() {
     let second = faces + 13;
     assert_eq!(
         read(&wild).only(),
-        format!("error ply::index {place} face 1 at byte {second} refers to vertex -7, expected 0 to 2")
+        format!("error ply::index {place} face 1 at byte {second}: found vertex -7, expected 0 to 2")
     );
     let expected = format!(
-        "error ply::truncated {place} face 1 at byte {second}: the list `vertex_indices` at byte {second} announces 3 values of 4 bytes, but 11 bytes follow"
+        "error ply::truncated {place} face 1 at byte {second}: the list `vertex_indices` at byte {second} announces 3 values: expected 12 bytes, found 11"
     );
     assert_eq!(read(&start[..start.len() - 1]).only(), expected);
     let expected = format!(
-        "error ply::truncated m.ply:3:9 3 rows of `vertex` are announced, 36 bytes from byte {} on, but 26 follow",
+        "error ply::truncated m.ply:3:9 3 rows of `vertex` are announced: expected 36 bytes from byte {} on, found 26",
         faces - 36
     );
     assert_eq!(read(&start[..faces - 10]).only(), expected);
@@ -405,7 +411,7 @@ fn faults_of_binary_data_name_their_byte() {
     assert_eq!(
         read(&broken).only(),
         format!(
-            "error ply::not-finite {place} face 0 at byte {faces} uses vertex 2, whose position is not three finite numbers"
+            "error ply::not-finite {place} face 0 at byte {faces}: found vertex 2 with a position that is not finite, expected three finite numbers"
         )
     );
     let mut thin = start.clone();

@@ -74,17 +74,25 @@ fn faults_of_texts_name_their_line() {
         (
             "vertex 0 0 0",
             "vertex 0 0",
-            "error stl::vertex m.stl:4:1 the vertex has 2 numbers, expected 3: x y z",
+            "error stl::vertex m.stl:4:1 the vertex: found 2 numbers, expected 3: x y z",
         ),
         ("vertex 0 0 0", "vertex 0 o 0", "error stl::number m.stl:4:10 found `o`, expected a number"),
-        ("vertex 0 0 0\n", "\n", "error stl::statement m.stl:2:1 the facet has 2 vertices, expected 3"),
-        ("endloop", "vertex 1 2 3", "error stl::statement m.stl:2:1 the facet has 4 vertices, expected 3"),
+        ("vertex 0 0 0\n", "\n", "error stl::statement m.stl:2:1 found 2 vertices in the facet, expected 3"),
+        (
+            "endloop",
+            "vertex 1 2 3",
+            "error stl::statement m.stl:2:1 found 4 vertices in the facet, expected 3",
+        ),
         (
             "facet normal 0 0 1\n",
             "\n",
-            "error stl::statement m.stl:4:1 this vertex stands outside of a facet",
+            "error stl::statement m.stl:4:1 found a vertex outside of a facet, expected `facet` before it",
         ),
-        ("endfacet\n", "\n", "error stl::statement m.stl:2:1 this facet does not end: `endfacet` is missing"),
+        (
+            "endfacet\n",
+            "\n",
+            "error stl::statement m.stl:2:1 found the end of the solid within this facet, expected `endfacet`",
+        ),
     ];
     for (from, to, expected) in cases {
         let messages = stl(TEXT.replacen(from, to, 1)).messages();
@@ -93,13 +101,13 @@ fn faults_of_texts_name_their_line() {
     let cut = stl(&TEXT[..TEXT.find("vertex 1 0 0").unwrap()]).only();
     assert_eq!(
         cut,
-        "error stl::truncated m.stl:5:1 the file ends in a facet with 1 vertices, expected 3 and `endfacet`"
+        "error stl::truncated m.stl:5:1 found the end of the file in a facet with 1 vertices, expected 3 and `endfacet`"
     );
     let cut = stl(TEXT.trim_end().trim_end_matches("ENDSOLID"));
     assert_eq!(cut.file().mesh.indices.len(), 2);
     assert!(cut.only().starts_with("warning stl::truncated"));
     assert!(stl("solid Empty\nendsolid Empty").only().starts_with("warning mesh::empty"));
-    assert_eq!(stl("").only(), "error stl::empty m.stl:1:1 the file is empty, expected triangles");
+    assert_eq!(stl("").only(), "error stl::empty m.stl:1:1 found an empty file, expected triangles");
 }
 
 #[test]
@@ -108,11 +116,11 @@ fn faults_of_binary_files_name_their_byte() {
     let first = |bytes: &[u8]| stl(bytes).messages().remove(0);
     assert_eq!(
         first(&whole[..whole.len() - 1]),
-        "error stl::truncated m.stl:1:1 2 triangles are announced at byte 80, which take 184 bytes, but the file has 183"
+        "error stl::truncated m.stl:1:1 2 triangles are announced at byte 80: expected a file of 184 bytes, found 183"
     );
     assert_eq!(
         first(&whole[..80]),
-        "error stl::header m.stl:1:1 the file has 80 bytes, expected `solid` or a binary header of 84"
+        "error stl::header m.stl:1:1 found 80 bytes, expected `solid` or a binary header of 84"
     );
     let longer = [&whole[..], &[0; 10]].concat();
     let read = stl(&longer);

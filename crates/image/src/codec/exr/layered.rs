@@ -1,12 +1,12 @@
 //! All channels of an OpenEXR file, by layers.
 
 use super::{
-    Fault, channel_names, check_channel_count, check_layer, choose, read_line, reported, texts, utf8,
-    write_part,
+    Fault, channel_names, check_channel_count, check_layer, choose, read_line, reported, subsampled, texts,
+    utf8, write_part,
 };
 use crate::codec::{Result, Source, zeroed};
 use crate::format::Format;
-use crate::io::WriteOptions;
+use crate::io::{ColorSpace, Decoded, WriteOptions};
 use crate::layers::{DecodedLayers, Layer, Layers, Samples, full_name};
 use ::exr::block::UncompressedBlock;
 use ::exr::block::lines::LineRef;
@@ -31,7 +31,14 @@ pub fn encode_layers(layers: &Layers, options: &WriteOptions, w: &mut dyn Write)
 }
 
 pub fn decode_layers(bytes: &[u8]) -> Result<DecodedLayers> {
-    reported(bytes, decode_from)
+    match subsampled::decode(bytes, ColorSpace::Auto) {
+        Some(decoded) => decoded.map(|Decoded { image, metadata, .. }| DecodedLayers {
+            layers: Layers::from_image(&image),
+            format: Format::Exr,
+            metadata,
+        }),
+        None => reported(bytes, decode_from),
+    }
 }
 
 fn decode_from(cursor: &mut Cursor<&[u8]>, bytes: &[u8]) -> std::result::Result<DecodedLayers, Fault> {

@@ -111,8 +111,13 @@ fn tells_other_faults_apart() {
     assert!(matches!(t.find("scene", "a.png/x"), Err(PathFault::Missing { .. })));
     assert!(matches!(t.find("scene", "sub"), Err(PathFault::NotAFile { found: "a folder", .. })));
     assert!(matches!(t.find("scene", ""), Err(PathFault::Invalid { .. })));
+    let long = t.find("scene", &"n/".repeat(5000)).expect_err("too long").to_string();
+    assert!(long.len() < 200 && long.contains("4096"), "{long}");
     let fault = t.find("scene", "a\0.png").expect_err("NUL");
-    assert_eq!(fault.to_string(), "`a\u{fffd}.png` is no name of a file: it has control characters");
+    assert_eq!(
+        fault.to_string(),
+        "found `a\u{fffd}.png`, expected the name of a file: it has control characters"
+    );
 }
 
 #[cfg(unix)]

@@ -83,7 +83,7 @@ impl Layout {
                     b"vertex_indices" | b"vertex_index" if indices.is_none() => {
                         if !property.scalar.is_whole() {
                             let message =
-                                "vertices are counted in whole numbers, expected a list of int or uint";
+                                "found fractions for the numbers of vertices, expected a list of int or uint";
                             faults.error("ply::type", property.name, message, HELP);
                             return None;
                         }
@@ -102,7 +102,7 @@ impl Layout {
         }
         let Some((at, count, scalar)) = indices else {
             let message =
-                format!("`{}` has no list `vertex_indices`, which tells its corners", element.name.lossy());
+                format!("found no list `vertex_indices` in `{}`, expected one", element.name.lossy());
             faults.error("ply::face", element.name, message, HELP);
             return None;
         };
@@ -125,21 +125,21 @@ struct Reading<'r, 'a> {
     vertices: &'r Vertices,
     layout: Layout,
     thin: RowTally,
-    fans: RowTally,
+    tangled: RowTally,
 }
 
 impl<'a> Reading<'_, 'a> {
     /// An error about a row.
     fn fault(&self, place: Place, code: &'static str, what: &str, faults: &mut Faults<'a>) -> Option<()> {
         let (at, row) = self.rows.place(self.element, place);
-        faults.error(code, at, format!("{row} {what}"), HELP);
+        faults.error(code, at, format!("{row}: {what}"), HELP);
         None
     }
 
     fn wild_index(&self, place: Place, index: f64, faults: &mut Faults<'a>) -> Option<()> {
         let what = match self.vertices.positions.len() {
-            0 => format!("refers to vertex {index}, but there are no vertices"),
-            n => format!("refers to vertex {index}, expected 0 to {}", n - 1),
+            0 => format!("found vertex {index}, expected vertices: there are none"),
+            n => format!("found vertex {index}, expected 0 to {}", n - 1),
         };
         self.fault(place, "ply::index", &what, faults)
     }
@@ -153,7 +153,9 @@ impl<'a> Reading<'_, 'a> {
         match corners.iter().find(is_broken) {
             None => Some(()),
             Some(vertex) => {
-                let what = format!("uses vertex {vertex}, whose position is not three finite numbers");
+                let what = format!(
+                    "found vertex {vertex} with a position that is not finite, expected three finite numbers"
+                );
                 self.fault(place, "ply::not-finite", &what, faults)
             }
         }
@@ -185,9 +187,9 @@ impl Faces {
         let layout = Layout::of(element, faults)?;
         rows.check_count(element, faults)?;
         self.pad(layout.has_uvs, layout.colors.is_some());
-        let (thin, fans) = (RowTally::default(), RowTally::default());
+        let (thin, tangled) = (RowTally::default(), RowTally::default());
         let (first_color, longer_lines) = (self.colors.values.len(), rows.longer_lines());
-        let mut reading = Reading { element, rows, vertices, layout, thin, fans };
+        let mut reading = Reading { element, rows, vertices, layout, thin, tangled };
         self.rows(&mut reading, faults)?;
         if reading.rows.longer_lines() > longer_lines {
             // Some programs write a list of colours of corners where the header says `red`, `green` and `blue`.
@@ -195,9 +197,9 @@ impl Faces {
         }
         let what = "has fewer than 3 corners and is left out";
         reading.tell(&reading.thin, "ply::thin-face", what, HELP, faults);
-        let what = "has too many corners and is not convex: cut as a fan from its first corner";
+        let what = "has very many corners and crosses or touches itself: it is left out";
         let help = "cut it into triangles in the program that wrote the file";
-        reading.tell(&reading.fans, "mesh::large-polygon", what, help, faults);
+        reading.tell(&reading.tangled, "mesh::large-polygon", what, help, faults);
         Some(())
     }
 
@@ -315,8 +317,10 @@ impl Faces {
         }
         // Those with holes meet some of their vertices twice.
         if corners_found > 2 * positions.len() {
-            let what =
-                format!("has {corners_found} corners, but the file has only {} vertices", positions.len());
+            let what = format!(
+                "found {corners_found} corners, expected at most twice the {} vertices",
+                positions.len()
+            );
             return reading.fault(place, "ply::face", &what, faults);
         }
         corners.clear();
@@ -326,7 +330,7 @@ impl Faces {
         points.extend(corners.iter().map(|i| positions[*i as usize]));
         triangles.clear();
         if triangulator.cut(points, triangles) == Cut::TooLarge {
-            reading.fans.add(place);
+            reading.tangled.add(place);
         }
         self.indices.extend(triangles.iter().map(|t| t.map(|i| corners[i as usize])));
         if reading.layout.has_uvs {

@@ -66,7 +66,7 @@ pub(in crate::readers) fn has_magic(bytes: &[u8]) -> bool {
 pub(super) fn parse<'a>(bytes: &'a [u8], faults: &mut Faults<'a>) -> Option<Header<'a>> {
     if bytes.is_empty() {
         let end = faults.end();
-        faults.error("ply::empty", end, "the file is empty, expected a line `ply`", HELP);
+        faults.error("ply::empty", end, "found an empty file, expected a line `ply`", HELP);
         return None;
     }
     if !has_magic(bytes) {
@@ -80,7 +80,7 @@ pub(super) fn parse<'a>(bytes: &'a [u8], faults: &mut Faults<'a>) -> Option<Head
     let mut reader = Reader { faults, encoding: None, elements: Vec::new(), names, properties };
     let end = reader.lines(bytes)?;
     let Some(encoding) = reader.encoding else {
-        let message = "there is no line that begins with `format`";
+        let message = "found no line `format`, expected one in the header";
         reader.faults.error("ply::format", Token { text: &bytes[..3], at: 0 }, message, HELP);
         return None;
     };
@@ -116,7 +116,7 @@ impl<'a> Reader<'a, '_> {
                 None => {}
             }
         }
-        let message = "the header does not end: there is no line `end_header`";
+        let message = "found the end of the file in the header, expected a line `end_header`";
         let end = self.faults.end();
         self.faults.error("ply::header", end, message, HELP);
         None
@@ -151,7 +151,7 @@ impl<'a> Reader<'a, '_> {
         match found {
             Some(word) => Some(word),
             None => {
-                let message = format!("the line `{}` ends before {expected}", line.lossy());
+                let message = format!("found the end of the line `{}`, expected {expected}", line.lossy());
                 self.fault("ply::header", line, message, HELP)
             }
         }
@@ -192,7 +192,7 @@ impl<'a> Reader<'a, '_> {
         };
         self.properties = HashSet::new();
         if !self.names.insert(name.text) {
-            let message = format!("the element `{}` is there twice", name.shortened());
+            let message = format!("found the element `{}` twice, expected it once", name.shortened());
             return self.fault("ply::element", name, message, "remove or rename one of them");
         }
         self.elements.push(Element { name, count: rows, properties: Vec::new() });
@@ -205,8 +205,10 @@ impl<'a> Reader<'a, '_> {
             let count = self.word(line, words.next(), "the type of the list's length")?;
             let list = self.scalar(count)?;
             if !list.is_whole() {
-                let message =
-                    format!("the length of the list has the type {}, expected a whole one", count.lossy());
+                let message = format!(
+                    "found the type {} for the length of a list, expected a whole one",
+                    count.lossy()
+                );
                 return self.fault("ply::type", count, message, TYPES_HELP);
             }
             (Some(list), self.word(line, words.next(), "the type of the list's values")?)
@@ -216,7 +218,7 @@ impl<'a> Reader<'a, '_> {
         let scalar = self.scalar(kind)?;
         let name = self.word(line, words.next(), "the name of the property")?;
         let Some(element) = self.elements.last_mut() else {
-            let message = format!("the property `{}` stands before the first element", name.shortened());
+            let message = format!("found the property `{}`, expected an element before it", name.shortened());
             return self.fault("ply::header", line, message, HELP);
         };
         element.properties.push(Property { name, scalar, list });
@@ -231,7 +233,7 @@ impl<'a> Reader<'a, '_> {
     fn scalar(&mut self, name: Token<'a>) -> Option<Scalar> {
         let scalar = Scalar::of_name(name.text);
         if scalar.is_none() {
-            let message = format!("found the type `{}`, which PLY does not have", name.shortened());
+            let message = format!("found the type `{}`, expected one of PLY", name.shortened());
             return self.fault("ply::type", name, message, TYPES_HELP);
         }
         scalar

@@ -112,7 +112,7 @@ impl<'a> Rows<'a> {
         let exactly = element.is_fixed() && self.encoding != Encoding::Ascii;
         let about = if exactly { "" } else { "at least " };
         let message = format!(
-            "{rows} rows of `{name}` are announced, {about}{expected} bytes from byte {} on, but {left} follow",
+            "{rows} rows of `{name}` are announced: expected {about}{expected} bytes from byte {} on, found {left}",
             self.at
         );
         let help = "the file was cut, or the number of rows is wrong";
@@ -162,7 +162,8 @@ impl<'a> Rows<'a> {
 
     fn ends(&self, element: &Element<'a>, row: usize, faults: &mut Faults<'a>) -> Option<()> {
         let (count, name) = (element.count, element.name.shortened());
-        let message = format!("the file ends after {row} of {count} rows of `{name}`");
+        let message =
+            format!("found the end of the file after {row} of {count} rows of `{name}`, expected all");
         let help = format!("{} more expected; was the file cut?", count - row);
         let end = faults.end();
         faults.error("ply::truncated", end, message, help);
@@ -226,15 +227,19 @@ impl<'a> Rows<'a> {
         let (name, left) = (property.name.shortened(), bytes.len());
         let length = property.list.and_then(|count| Some(count.read(bytes.get(..count.size())?, big)));
         let message = match (length, property.list) {
+            (Some(length), _) if length < 0.0 => {
+                format!(
+                    "{row}: found the length {length} of the list `{name}` at byte {}, expected 0 or more",
+                    self.at
+                )
+            }
             (Some(length), Some(count)) => format!(
-                "{row}: the list `{name}` at byte {} announces {length} values of {} bytes, but {} bytes follow",
+                "{row}: the list `{name}` at byte {} announces {length} values: expected {} bytes, found {}",
                 self.at,
-                property.scalar.size(),
+                length * property.scalar.size() as f64,
                 left - count.size()
             ),
-            _ => {
-                format!("the file ends in {row}, before `{name}`: {left} bytes are left at byte {}", self.at)
-            }
+            _ => format!("{row}: found {left} bytes at byte {}, expected `{name}`", self.at),
         };
         let help = "the file was cut or is damaged";
         faults.error("ply::truncated", element.name, message, help);
@@ -282,7 +287,7 @@ impl<'a> Rows<'a> {
             "every row has a line with the values that the header lists, and lists begin with their length";
         match fault {
             TextFault::Short => {
-                let message = format!("the line of {what} ends before all of `{name}`");
+                let message = format!("found the end of the line of {what}, expected all of `{name}`");
                 faults.error("ply::truncated", start, message, help);
             }
             TextFault::Length(word) => {

@@ -122,7 +122,8 @@ impl Vertices {
     pub fn read<'a>(element: &Element<'a>, rows: &mut Rows<'a>, faults: &mut Faults<'a>) -> Option<Self> {
         let layout = Layout::of(element);
         if let Some(missing) = POSITION.iter().find(|c| layout.channels[**c].is_none()) {
-            let message = format!("vertices have no property `{}`, expected x, y and z", NAMES[*missing][0]);
+            let message =
+                format!("found no property `{}` of vertices, expected x, y and z", NAMES[*missing][0]);
             faults.error("ply::vertex", element.name, message, HELP);
             return None;
         }

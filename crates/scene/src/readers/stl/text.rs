@@ -74,7 +74,7 @@ impl<'a> Reader<'a, '_> {
             self.vertex(word);
         } else if is("facet") {
             if let Some(open) = self.facet.take() {
-                self.fault(open.at, "this facet does not end before the next one: `endfacet` is missing");
+                self.fault(open.at, "found the next facet within this one, expected `endfacet`");
             }
             self.facet = Some(Facet { at: word, corners: [Vec3::ZERO; 3], found: 0 });
             // The normal says nothing that the corners do not.
@@ -89,7 +89,7 @@ impl<'a> Reader<'a, '_> {
         } else if is("outer") || is("loop") || is("endloop") {
         } else if is("solid") || is("endsolid") || is("end") {
             if let Some(open) = self.facet.take() {
-                self.fault(open.at, "this facet does not end: `endfacet` is missing");
+                self.fault(open.at, "found the end of the solid within this facet, expected `endfacet`");
             }
             self.solid = is("solid");
             // What follows is its name.
@@ -109,7 +109,7 @@ impl<'a> Reader<'a, '_> {
         let mut values = [0.0; 3];
         for (found, value) in values.iter_mut().enumerate() {
             let Some(text) = self.lexer.token() else {
-                let message = format!("the vertex has {found} numbers, expected 3: x y z");
+                let message = format!("the vertex: found {found} numbers, expected 3: x y z");
                 self.faults.error("stl::vertex", word, message, FACET);
                 return;
             };
@@ -124,7 +124,7 @@ impl<'a> Reader<'a, '_> {
             }
         }
         let Some(facet) = &mut self.facet else {
-            return self.fault(word, "this vertex stands outside of a facet");
+            return self.fault(word, "found a vertex outside of a facet, expected `facet` before it");
         };
         if let Some(corner) = facet.corners.get_mut(facet.found) {
             *corner = Vec3::from_array(values);
@@ -134,11 +134,11 @@ impl<'a> Reader<'a, '_> {
 
     fn end_facet(&mut self, word: Token<'a>) {
         let Some(facet) = self.facet.take() else {
-            return self.fault(word, "no facet is open that could end here");
+            return self.fault(word, "found `endfacet`, expected `facet` before it");
         };
         // Numbers that could not be read were reported.
         if facet.found != 3 && !self.faults.failed() {
-            let message = format!("the facet has {} vertices, expected 3", facet.found);
+            let message = format!("found {} vertices in the facet, expected 3", facet.found);
             return self.fault(facet.at, &message);
         }
         let index = self.soup.mesh.indices.len();
@@ -149,8 +149,10 @@ impl<'a> Reader<'a, '_> {
     fn end(&mut self) {
         let end = self.faults.end();
         if let Some(open) = &self.facet {
-            let message =
-                format!("the file ends in a facet with {} vertices, expected 3 and `endfacet`", open.found);
+            let message = format!(
+                "found the end of the file in a facet with {} vertices, expected 3 and `endfacet`",
+                open.found
+            );
             self.faults.error("stl::truncated", end, message, HELP);
         } else if self.solid && !self.faults.failed() {
             let message = "the file ends without `endsolid`";
