@@ -47,7 +47,7 @@ fn used_positions(mesh: &TriangleMesh) -> impl Iterator<Item = Vec3> {
 /// (without transforms). A scene whose meshes have no triangle gets the camera only.
 pub fn complete(scene: &mut SceneDescription, assets: &Assets) {
     let shapes: Vec<_> = scene.of_role(Role::Shape).map(|(id, _)| id).collect();
-    let meshes = shapes.iter().filter_map(|id| assets.mesh(*id)).map(|file| &file.mesh);
+    let meshes = shapes.iter().filter_map(|id| assets.mesh(*id)).map(|file| &*file.mesh);
     let points: Vec<Vec3> = meshes.flat_map(used_positions).collect();
     let bounds = Bounds3::of_points(points.iter().copied());
     let aspect = aspect_of(scene);

@@ -4,7 +4,7 @@ mod kind;
 #[cfg(test)]
 mod tests;
 
-use crate::assets::{Assets, PathFault, UNREADABLE_HELP, check_regular};
+use crate::assets::{Assets, LoadObserver, PathFault, UNREADABLE_HELP, check_regular};
 use crate::auto;
 use crate::builtin;
 use crate::description::SceneDescription;
@@ -56,11 +56,17 @@ pub struct Loaded {
 /// Loads a scene: a file (`.toml`, or a mesh, `.obj`, `.off`, `.ply` or `.stl`, perhaps with `.gz`), or a built-in by
 /// its name. Never fails: faults are in the result.
 pub fn load(source: &str, options: &LoadOptions) -> Loaded {
+    load_observed(source, options, &())
+}
+
+/// The same; `observer` hears of the files that the scene names, and may forbid to decode them.
+pub fn load_observed(source: &str, options: &LoadOptions, observer: &dyn LoadObserver) -> Loaded {
     let mut loader = Loader {
         loaded: Loaded::default(),
         folders: Folders::default(),
         chain: Vec::new(),
         done: Vec::new(),
+        observer,
     };
     loader.folders.asset_roots.clone_from(&options.asset_roots);
     loader.loaded.name = source.to_owned();
@@ -74,16 +80,17 @@ pub fn load(source: &str, options: &LoadOptions) -> Loaded {
     loader.loaded
 }
 
-struct Loader {
+struct Loader<'a> {
     loaded: Loaded,
     folders: Folders,
     /// The files being read, each included by the one before it: canonical path and name.
     chain: Vec<(PathBuf, String)>,
     /// Canonical paths of all files read.
     done: Vec<PathBuf>,
+    observer: &'a dyn LoadObserver,
 }
 
-impl Loader {
+impl Loader<'_> {
     fn error(&mut self, code: &'static str, span: Span, message: String, help: String) {
         self.loaded.diagnostics.error(code, span, message).help = help;
     }
@@ -306,7 +313,7 @@ impl Loader {
             }
         }
         let nodes = description.len();
-        *assets = Assets::load(description, &self.folders, sources, diagnostics);
+        *assets = Assets::load_observed(description, &self.folders, sources, diagnostics, self.observer);
         if *bare_mesh {
             auto::complete(description, assets);
         }

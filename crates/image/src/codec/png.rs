@@ -10,7 +10,7 @@ use ::png::{BitDepth, ColorType, Decoder, DecodingError, Encoder, EncodingError,
 use std::io::{Cursor, Write};
 
 /// Deflate makes at best 1032 bytes of one, and a byte holds up to 8 pixels.
-const PIXELS_PER_BYTE: u64 = 1040 * 8;
+pub const PIXELS_PER_BYTE: u64 = 1040 * 8;
 
 /// Bytes of unpacked pixels from which on a file is read twice: first to see that it is whole, with no memory for them.
 const LARGE: u64 = 1 << 26;
