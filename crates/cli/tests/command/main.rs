@@ -7,6 +7,7 @@ mod convert;
 mod corpus;
 mod editors;
 mod limits;
+mod memory;
 mod saves;
 
 use std::path::{Path, PathBuf};

@@ -44,6 +44,8 @@ struct Batch<'a> {
     meshes: Vec<&'a MeshEntry>,
     /// With their lengths in bytes.
     images: Vec<(ImageKey, u64)>,
+    /// What lights name.
+    lights: &'a [ImageKey],
 }
 
 /// What came of them.
@@ -66,7 +68,10 @@ impl Loader<'_> {
         let uses = self.named_images(&mut image_faults);
         let meshes = named.entries.iter().map(|(_, entry)| entry).collect();
         let keys = uses.iter().map(|(_, key, _)| key.clone());
-        let batch = Batch { meshes, images: distinct(keys, &Images::new()) };
+        let is_light = |id: NodeId| self.description.node(id).role == Role::Light;
+        let lights: Vec<ImageKey> =
+            uses.iter().filter(|(id, ..)| is_light(*id)).map(|(_, key, _)| key.clone()).collect();
+        let batch = Batch { meshes, images: distinct(keys, &Images::new()), lights: &lights };
         let forbidden = self.observer.approve(self.description, &|| batch.memory());
         let decoded = if forbidden.is_none() { self.decode(&batch) } else { Decoded::nothing() };
         let Decoded { meshes, images } = decoded;
@@ -76,7 +81,7 @@ impl Loader<'_> {
         if let Some(fault) = forbidden {
             return self.out.push(fault);
         }
-        if self.decode_textures(&meshes, &mut images) {
+        if self.decode_textures(&meshes, &mut images, &lights) {
             self.place_images(&uses, &images);
             self.place_meshes(meshes, &images);
         }
@@ -212,10 +217,10 @@ impl Loader<'_> {
     }
 
     /// Decodes the images that the materials of meshes name and that are not there yet. False if that was forbidden.
-    fn decode_textures(&mut self, meshes: &[PlacedMesh], images: &mut Images) -> bool {
-        self.assets.memory = memory_of(meshes, images);
+    fn decode_textures(&mut self, meshes: &[PlacedMesh], images: &mut Images, lights: &[ImageKey]) -> bool {
+        self.assets.memory = memory_of(meshes, images, lights);
         let textures = meshes.iter().flat_map(|(file, ..)| &file.textures).map(ImageKey::of_texture);
-        let batch = Batch { meshes: Vec::new(), images: distinct(textures, images) };
+        let batch = Batch { meshes: Vec::new(), images: distinct(textures, images), lights: &[] };
         if batch.images.is_empty() {
             return true;
         }
@@ -230,7 +235,7 @@ impl Loader<'_> {
         }
         let decoded = self.decode(&batch).images;
         images.extend(batch.images.into_iter().map(|(key, _)| key).zip(decoded));
-        self.assets.memory = memory_of(meshes, images);
+        self.assets.memory = memory_of(meshes, images, lights);
         true
     }
 
@@ -343,7 +348,12 @@ impl Batch<'_> {
         for (i, (weight, _)) in weighed.iter().enumerate() {
             match self.meshes.get(i) {
                 Some(mesh) => memory.add_mesh(weight, false, mesh.users.len()),
-                None => memory.images = memory.images.saturating_add(weight.bytes),
+                None => {
+                    let key = &self.images[i - self.meshes.len()].0;
+                    let lights = self.lights.iter().filter(|light| *light == key).count() as u64;
+                    memory.images = memory.images.saturating_add(weight.bytes);
+                    memory.lights = memory.lights.saturating_add(weight.bytes.saturating_mul(lights));
+                }
             }
         }
         memory.decoding = decoding(weighed.into_iter().map(|(_, decoding)| decoding).collect());
@@ -406,7 +416,7 @@ fn length(path: &Path) -> u64 {
 }
 
 /// The memory that meshes and images take; what several files share counts once.
-fn memory_of(meshes: &[PlacedMesh], images: &Images) -> AssetMemory {
+fn memory_of(meshes: &[PlacedMesh], images: &Images, lights: &[ImageKey]) -> AssetMemory {
     let mut memory = AssetMemory::default();
     let mut seen = HashSet::new();
     for (file, _, users) in meshes {
@@ -419,5 +429,7 @@ fn memory_of(meshes: &[PlacedMesh], images: &Images) -> AssetMemory {
             memory.images += image_bytes(image);
         }
     }
+    let of_lights = lights.iter().filter_map(|key| images.get(key)?.as_ref().ok());
+    memory.lights = of_lights.map(|(image, _)| image_bytes(image)).sum();
     memory
 }

@@ -17,6 +17,8 @@ pub struct AssetMemory {
     pub meshes: u64,
     /// Images, each file once for each meaning of its numbers.
     pub images: u64,
+    /// Those of them that lights name, once for each light: tables are made of them.
+    pub lights: u64,
     /// What decoding takes besides, on all threads together.
     pub decoding: u64,
     /// Copies of meshes that the shapes that name them make, with normals.
