@@ -66,6 +66,7 @@ pub fn load_observed(source: &str, options: &LoadOptions, observer: &dyn LoadObs
         folders: Folders::default(),
         chain: Vec::new(),
         done: Vec::new(),
+        source,
         observer,
     };
     loader.folders.asset_roots.clone_from(&options.asset_roots);
@@ -87,6 +88,8 @@ struct Loader<'a> {
     chain: Vec<(PathBuf, String)>,
     /// Canonical paths of all files read.
     done: Vec<PathBuf>,
+    /// What the command line names.
+    source: &'a str,
     observer: &'a dyn LoadObserver,
 }
 
@@ -314,8 +317,9 @@ impl Loader<'_> {
         }
         let nodes = description.len();
         *assets = Assets::load_observed(description, &self.folders, sources, diagnostics, self.observer);
-        if *bare_mesh {
-            auto::complete(description, assets);
+        if *bare_mesh && let Err(bounds) = auto::complete(description, assets) {
+            let message = format!("the mesh `{}` {}", self.source, auto::too_far(&bounds));
+            diagnostics.error("mesh::too-far", Span::NONE, message).help = auto::TOO_FAR_HELP.to_owned();
         }
         if description.len() == nodes {
             diagnostics.extend(early_faults);
