@@ -1,4 +1,5 @@
 //! Whatever names a file: nothing outside the scene's folder is read, and what is refused says how to allow it.
+#![allow(clippy::unwrap_used, reason = "a test may fail anywhere")]
 
 use penombre_scene::load::{LoadOptions, Loaded, load};
 use penombre_scene::report::render_all_plain;

@@ -210,7 +210,8 @@ fn stl() -> Vec<u8> {
 
 #[test]
 fn messages_come_in_the_order_of_the_nodes() {
-    let broken = |i: usize| format!("mtllib {i}.mtl\n{TRIANGLE}f 1 2 {}\n", if i % 3 == 0 { 9 } else { 3 });
+    let broken =
+        |i: usize| format!("mtllib {i}.mtl\n{TRIANGLE}f 1 2 {}\n", if i.is_multiple_of(3) { 9 } else { 3 });
     let library = "newmtl a\nKd x\nbogus 1\n";
     let text = |run: &Run| {
         let place = |d: &Diagnostic| {
@@ -221,7 +222,8 @@ fn messages_come_in_the_order_of_the_nodes() {
     let run = || {
         let mut run = Run::new(&[], Vec::new());
         for i in 0..24 {
-            let long = format!("{}{}", broken(i), "# more\n".repeat(if i % 5 == 0 { 200_000 } else { 1 }));
+            let long =
+                format!("{}{}", broken(i), "# more\n".repeat(if i.is_multiple_of(5) { 200_000 } else { 1 }));
             fs::write(run.folder.path().join(format!("{i}.obj")), long).expect("written");
             fs::write(run.folder.path().join(format!("{i}.mtl")), library).expect("written");
             run.scene.add(mesh(&format!("m{i}"), &format!("{i}.obj")));
