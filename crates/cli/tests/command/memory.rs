@@ -122,3 +122,36 @@ fn files_are_told_with_their_contents_when_asked() {
     assert!(said.contains(", 64×64 pixels, "), "{said}");
     assert!(!text(&folder.run(&["check", "scene.toml"]).stderr).contains("triangles"));
 }
+
+/// Before the first sample, and soon: what is wrong with files, outputs and memory.
+#[test]
+fn wrong_set_ups_are_told_at_once() {
+    let folder = textured(512);
+    std::fs::create_dir(folder.path("folder.png")).unwrap();
+    folder.write("broken.obj", "v 0 0 0\nf 1 2 3\n");
+    folder.write("broken.png", "no image");
+    let long = ["--spp", "100000", "--size", "2000x2000"];
+    let texture = |file: &str| format!("texture.t.file=\"{file}\"");
+    let (missing, broken, outside) = (texture("none.png"), texture("broken.png"), texture("../x.png"));
+    let cases: [(&[&str], &str); 13] = [
+        (&["none.toml"], "there is no file `none.toml`"),
+        (&["broken.obj"], "broken.obj"),
+        (&["scene.toml", "--set", &missing], "there is no file `none.png`"),
+        (&["scene.toml", "--set", &broken], "broken.png"),
+        (&["scene.toml", "--set", &outside], "--asset-root"),
+        (&["scene.toml", "-o", "none/a.png"], "none"),
+        (&["scene.toml", "-o", "folder.png"], "it is a folder"),
+        (&["scene.toml", "-o", "a.tiff"], ".tiff"),
+        (&["scene.toml", "-o", "a"], "extension"),
+        (&["scene.toml", "-o", "a.png", "-o", "./a.png"], "asked for twice"),
+        (&["scene.toml", "--camera", "none"], "no such camera"),
+        (&["scene.toml", "--aov", "normal", "-o", "-"], "no file for the layers"),
+        (&["scene.toml", "--memory-limit", "100M"], "of memory are needed"),
+    ];
+    for (arguments, expected) in cases {
+        let begin = Instant::now();
+        let said = folder.refused(&[&["render"], arguments, &long].concat());
+        assert!(begin.elapsed().as_secs_f32() < 2.0, "{arguments:?}");
+        assert!(said.contains(expected), "{arguments:?}: {said}");
+    }
+}

@@ -227,7 +227,7 @@ impl Loader<'_> {
         let known = self.assets.memory;
         let memory = || {
             let more = batch.memory();
-            AssetMemory { images: known.images + more.images, decoding: more.decoding, ..known }
+            AssetMemory { images: known.images.saturating_add(more.images), decoding: more.decoding, ..known }
         };
         if let Some(fault) = self.observer.approve(self.description, &memory) {
             self.out.push(fault);
@@ -312,7 +312,7 @@ impl Batch<'_> {
     /// Number of files, and their bytes.
     fn size(&self) -> (usize, u64) {
         let files = self.meshes.len() + self.images.len();
-        (files, (0..files).map(|i| self.length(i)).sum())
+        (files, (0..files).fold(0, |sum: u64, i| sum.saturating_add(self.length(i))))
     }
 
     /// Length of a file, bytes. Images come behind meshes.

@@ -44,4 +44,14 @@ mod tests {
             assert_eq!(each(&weights, |i| i * i), expected);
         }
     }
+
+    /// Two pieces of work that wait for each other end only if they run at the same time.
+    #[test]
+    fn work_is_done_at_the_same_time() {
+        if threads(2) == 2 {
+            let both = std::sync::Barrier::new(2);
+            let leaders = each(&[1, 1], |_| both.wait().is_leader());
+            assert_ne!(leaders[0], leaders[1]);
+        }
+    }
 }

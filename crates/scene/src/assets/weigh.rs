@@ -30,9 +30,10 @@ pub struct AssetMemory {
 impl AssetMemory {
     /// Adds a mesh file, or one more of the files like it that share a mesh, that so many shapes name.
     pub(super) fn add_mesh(&mut self, mesh: &MeshWeight, is_shared: bool, users: usize) {
-        self.meshes += if is_shared { 0 } else { mesh.bytes };
-        self.shapes += mesh.shape_bytes().saturating_mul(users as u64);
-        self.triangles += mesh.triangles.saturating_mul(users as u64);
+        let users = users as u64;
+        self.meshes = self.meshes.saturating_add(if is_shared { 0 } else { mesh.bytes });
+        self.shapes = self.shapes.saturating_add(mesh.shape_bytes().saturating_mul(users));
+        self.triangles = self.triangles.saturating_add(mesh.triangles.saturating_mul(users));
     }
 }
 

@@ -69,14 +69,17 @@ pub(super) fn weigh(head: &[u8], length: u64) -> Option<MeshWeight> {
     for (kind, element) in header.elements.iter().map(|e| (Kind::of(e), e)) {
         let (count, least) = (element.count as u64, element.least_bytes() as u64);
         let taken = count.saturating_mul(least);
-        // Rows that the file has no room for are refused before they are read.
+        // Rows that the file has no room for are refused before they are read; those without properties hold nothing.
         let Some(rest) = left.checked_sub(taken) else { break };
         left = rest;
+        if least == 0 {
+            continue;
+        }
         if kind == Kind::Vertices {
             // Beyond the position at most normals, texture coordinates and colours are kept.
             let others = element.properties.len().saturating_sub(3).min(8) as u64;
             weight.positions = count;
-            weight.bytes += count * (12 + 4 * others);
+            weight.bytes = weight.bytes.saturating_add(count.saturating_mul(12 + 4 * others));
             weight.has_normals |= element.properties.iter().any(|p| p.name.text == b"nx");
         } else if let Some(list) = element.properties.iter().find(|p| p.list.is_some()) {
             // All the rest of the file as corners of its polygons or strips.
@@ -84,7 +87,7 @@ pub(super) fn weigh(head: &[u8], length: u64) -> Option<MeshWeight> {
             let triangles = corners.saturating_sub(count.saturating_mul(2));
             weight.triangles = weight.triangles.max(triangles);
             let colors = if element.properties.len() > 1 { 12 } else { 0 };
-            weight.bytes += triangles * (12 + colors);
+            weight.bytes = weight.bytes.saturating_add(triangles.saturating_mul(12 + colors));
             left = 0;
         }
     }

@@ -55,7 +55,12 @@ pub(super) fn weigh(head: &[u8], length: u64) -> Option<MeshWeight> {
     }
     // When equal positions are joined, a closed surface has half as many as triangles; twice that is allowed for.
     let triangles = if announced > room as f64 { 0 } else { announced as u64 };
-    Some(MeshWeight { positions: triangles, triangles, bytes: 24 * triangles, ..MeshWeight::default() })
+    Some(MeshWeight {
+        positions: triangles,
+        triangles,
+        bytes: triangles.saturating_mul(24),
+        ..MeshWeight::default()
+    })
 }
 
 fn binary<'a>(bytes: &'a [u8], faults: &mut Faults<'a>) -> Option<TriangleMesh> {

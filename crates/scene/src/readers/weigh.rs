@@ -34,8 +34,8 @@ impl MeshWeight {
     /// Memory of the copy that a shape makes, bytes. Normals that the file does not have are computed: by vertex, and
     /// at creases by corner.
     pub fn shape_bytes(&self) -> u64 {
-        let normals = if self.has_normals { 0 } else { 12 * self.positions + 24 * self.triangles };
-        self.bytes.saturating_add(normals)
+        let computed = self.positions.saturating_mul(12).saturating_add(self.triangles.saturating_mul(24));
+        self.bytes.saturating_add(if self.has_normals { 0 } else { computed })
     }
 }
 
@@ -122,8 +122,14 @@ impl Lines {
     /// A text of which nothing was seen.
     fn unseen(length: u64) -> MeshWeight {
         let triangles = length / TEXT_PER_TRIANGLE;
-        Self { scale: 1.0, positions: triangles, triangles, others: 12 * triangles, ..Self::default() }
-            .weight()
+        Self {
+            scale: 1.0,
+            positions: triangles,
+            triangles,
+            others: triangles.saturating_mul(12),
+            ..Self::default()
+        }
+        .weight()
     }
 
     fn add(&mut self, format: MeshFormat, line: &[u8]) {
@@ -184,7 +190,7 @@ impl Lines {
         MeshWeight {
             positions,
             triangles,
-            bytes: 12 * (positions + triangles) + scaled(self.others),
+            bytes: positions.saturating_add(triangles).saturating_mul(12).saturating_add(scaled(self.others)),
             has_normals: self.has_normals,
             text_bytes: 0,
         }

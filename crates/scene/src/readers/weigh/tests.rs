@@ -147,5 +147,23 @@ fn what_a_file_claims_and_does_not_hold_weighs_nothing() {
         let weight = weigh(&path, format, bytes.len() as u64).expect("readable");
         assert!(weight.bytes < 1000 && weight.triangles < 10, "{name}: {weight:?}");
     }
+    // Elements without properties, and lengths that no disk has.
+    let empty = "ply\nformat binary_little_endian 1.0\nelement vertex 18446744073709551615\nelement face 9\nend_header\n";
+    let faces = "ply\nformat binary_big_endian 1.0\nelement face 1\nproperty list uchar uchar vertex_indices\nproperty int a\n\
+                 end_header\n";
+    let all: [(&str, &str); 5] = [
+        ("f.ply", empty),
+        ("g.ply", faces),
+        ("h.stl", "solid\n"),
+        ("i.obj", "f 1 2 3\n"),
+        ("j.off", "OFF\n3 0 1 2\n"),
+    ];
+    for (name, text) in all {
+        let path = folder.path().join(name);
+        fs::write(&path, text).expect("written");
+        let format = MeshFormat::of_path(&path).expect("known");
+        let weight = weigh(&path, format, 1 << 42).expect("readable");
+        assert!(weight.shape_bytes() >= weight.bytes, "{name}: {weight:?}");
+    }
     assert!(weigh(&folder.path().join("none.obj"), MeshFormat::Obj, 1 << 40).is_err());
 }
