@@ -1,6 +1,7 @@
 //! The command line.
 
 use crate::limits::{parse_noise, parse_time};
+use crate::memory::parse_memory;
 use clap::{ArgAction, Args, Parser, Subcommand};
 use penombre::film::FilmLayer;
 use penombre::render::RenderSettings;
@@ -68,6 +69,12 @@ pub struct SceneArgs {
     /// Also allow files below this folder, not only below the scene's; repeatable.
     #[arg(long, value_name = "DIR")]
     pub asset_root: Vec<PathBuf>,
+    /// Most memory to take: 8G, 512M, 1.5GiB, or bytes; default: what the machine has free.
+    ///
+    /// It is estimated before files are decoded, and again before the scene is built: what would take more ends with
+    /// status 2 and a list of what takes how much.
+    #[arg(long, value_name = "SIZE", value_parser = parse_memory, allow_hyphen_values = true)]
+    pub memory_limit: Option<u64>,
     /// Width and height of the image, pixels.
     #[arg(long, value_name = "WxH", value_parser = RenderSettings::parse_size, allow_hyphen_values = true)]
     pub size: Option<[u32; 2]>,

@@ -1,6 +1,7 @@
 //! `penombre check`.
 
 use crate::args::{CheckArgs, Verbosity};
+use crate::memory::Use;
 use crate::scene::examine;
 use crate::{Exit, report, terminal};
 use penombre_scene::Severity;
@@ -8,7 +9,7 @@ use penombre_scene::report::to_json;
 
 /// Prints all faults and advice about a scene and renders nothing.
 pub fn run(args: &CheckArgs, verbosity: &Verbosity) -> Exit {
-    let (mut loaded, _, _) = examine(&args.scene);
+    let mut loaded = examine(&args.scene, Use::Tell, verbosity).loaded;
     loaded.diagnostics.sort_by_place();
     let count = |severity| loaded.diagnostics.count(severity);
     let errors = count(Severity::Error);

@@ -1,14 +1,15 @@
 //! `penombre info`.
 
-use crate::args::InfoArgs;
+use crate::args::{InfoArgs, Verbosity};
+use crate::memory::{Use, bytes};
 use crate::scene::{Prepared, prepare};
 use crate::{Exit, terminal};
 use penombre::scene::{Count, Hierarchy, Summary};
 use serde_json::{Value, json};
 
 /// Tells what is inside a scene.
-pub fn run(args: &InfoArgs) -> Exit {
-    let Some(prepared) = prepare(&args.scene, false) else { return Exit::Usage };
+pub fn run(args: &InfoArgs, verbosity: &Verbosity) -> Exit {
+    let Some(prepared) = prepare(&args.scene, Use::Tell, verbosity) else { return Exit::Usage };
     let summary = prepared.plan.scene.summary();
     if args.json {
         terminal::out(&to_json(&args.scene.scene, &prepared, &summary).to_string());
@@ -48,6 +49,7 @@ fn to_json(scene: &str, prepared: &Prepared, summary: &Summary) -> Value {
         "bvh_sah_cost": tree.sah_cost,
         "bvh_build_s": tree.build_time.as_secs_f64(),
         "asset_bytes": prepared.loaded.assets.bytes(),
+        "memory_estimate_bytes": prepared.memory.total(),
         "extensions": [],
         "integrator": prepared.plan.integrator.name(),
         "size": job.size,
@@ -83,9 +85,10 @@ fn to_text(prepared: &Prepared, summary: &Summary) -> String {
         (
             "memory",
             format!(
-                "{} tree, {} assets",
+                "{} tree, {} assets; about {} to render it",
                 bytes(summary.bvh_bytes as u64),
-                bytes(prepared.loaded.assets.bytes())
+                bytes(prepared.loaded.assets.bytes()),
+                bytes(prepared.memory.total())
             ),
         ),
         (
@@ -124,12 +127,4 @@ fn triple(v: penombre_math::Vec3) -> String {
         text.trim_end_matches('0').trim_end_matches('.').to_owned()
     };
     format!("({}, {}, {})", number(v.x), number(v.y), number(v.z))
-}
-
-fn bytes(n: u64) -> String {
-    match n {
-        0..1024 => format!("{n} B"),
-        1024..1_048_576 => format!("{:.1} KiB", n as f64 / 1024.0),
-        _ => format!("{:.1} MiB", n as f64 / 1_048_576.0),
-    }
 }

@@ -11,6 +11,8 @@ mod diff;
 mod info;
 mod interrupt;
 mod limits;
+mod loading;
+mod memory;
 mod outputs;
 mod planned;
 mod progress;
@@ -73,11 +75,11 @@ fn main() -> ExitCode {
     let ended = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| match &cli.command {
         Command::Render(args) => render::run(args, &cli.verbosity),
         Command::View(args) => view::run(args),
-        Command::Info(args) => info::run(args),
+        Command::Info(args) => info::run(args, &cli.verbosity),
         Command::Check(args) => check::run(args, &cli.verbosity),
         Command::Convert(args) => convert::run(args, &cli.verbosity),
         Command::Diff(args) => diff::run(args, &cli.verbosity),
-        Command::Trace(args) => trace::run(args),
+        Command::Trace(args) => trace::run(args, &cli.verbosity),
         Command::Schema => schema::run(),
         Command::Completions(args) => shell::completions(args.shell),
         Command::Man => shell::man(),

@@ -13,7 +13,6 @@ const PLANNED: &[&str] = &[
     "--slice",
     "--frames",
     "--denoise",
-    "--memory-limit",
     "--preview",
     "merge",
     "bench",

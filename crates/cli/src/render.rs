@@ -1,6 +1,7 @@
 //! `penombre render`.
 
 use crate::args::{RenderArgs, Verbosity};
+use crate::memory::Use;
 use crate::outputs::Output;
 use crate::progress::Progress;
 use crate::scene::{Prepared, prepare};
@@ -8,7 +9,7 @@ use crate::statistics::{End, Measured, duration, json_line, mean_spp};
 use crate::{Exit, interrupt, limits, report, terminal};
 use penombre::film::FilmLayer;
 use penombre::render::{SPP_ENTRY, default_tone};
-use penombre::{Job, Outcome, Render};
+use penombre::{Outcome, Render};
 use penombre_image::WriteOptions;
 use std::time::Instant;
 
@@ -18,7 +19,7 @@ pub fn run(args: &RenderArgs, verbosity: &Verbosity) -> Exit {
         report::error(&message, "");
         return Exit::Failure;
     }
-    let Some(mut prepared) = prepare(&args.scene, verbosity.quiet) else { return Exit::Usage };
+    let Some(mut prepared) = prepare(&args.scene, Use::Render(args), verbosity) else { return Exit::Usage };
     if let Some(tile) = args.tile {
         prepared.plan.job.tile = tile;
     }
@@ -28,9 +29,6 @@ pub fn run(args: &RenderArgs, verbosity: &Verbosity) -> Exit {
     // All of them, so that all faults are told at once.
     let faulty = outputs.iter().filter(|o| !o.check(size, &layers)).count();
     if faulty > 0 || !Output::check_all(&outputs, args.course_ppm, &layers) {
-        return Exit::Usage;
-    }
-    if !fits_in_memory(&prepared.plan.job) {
         return Exit::Usage;
     }
     let mut options = write_options(args, &prepared);
@@ -72,21 +70,6 @@ fn wanted_layers(args: &RenderArgs) -> Vec<FilmLayer> {
     layers.sort();
     layers.dedup();
     layers
-}
-
-/// Reports an image that is larger than the free memory. True if all is well, as far as one can tell.
-fn fits_in_memory(job: &Job) -> bool {
-    let ([w, h], needed) = (job.size, job.film_bytes());
-    match penombre_sys::available_memory() {
-        Some(free) if free < needed => {
-            let (needed, free) = (needed >> 20, free >> 20);
-            let message =
-                format!("an image of {w}×{h} pixels takes {needed} MiB of memory, {free} MiB are free");
-            report::error(&message, "nothing was rendered; choose a smaller `--size`");
-            false
-        }
-        _ => true,
-    }
 }
 
 /// Runs the job, measuring it.

@@ -1,10 +1,13 @@
 //! From command-line arguments to a plan.
 
-use crate::args::SceneArgs;
+use crate::args::{SceneArgs, Verbosity};
+use crate::loading::Loading;
+use crate::memory::{Budget, Use};
 use crate::{report, terminal};
 use penombre::Plan;
 use penombre::integrator::{Classic, PathTracer};
-use penombre_scene::load::{LoadOptions, Loaded, load};
+use penombre::render::MemoryEstimate;
+use penombre_scene::load::{LoadOptions, Loaded, load_observed};
 use penombre_scene::{Diagnostics, Node, Role, SceneDescription, Span, Value, ValueKind};
 use std::time::Instant;
 
@@ -18,39 +21,70 @@ pub struct Prepared {
     pub load_s: f64,
     /// Seconds spent on building.
     pub build_s: f64,
+    /// What it takes to render it.
+    pub memory: MemoryEstimate,
+}
+
+/// A scene as read, and its plan if it has no fault.
+pub struct Examined {
+    /// The scene as read, the command line's changes included.
+    pub loaded: Loaded,
+    /// What is to be rendered.
+    pub plan: Option<Plan>,
+    /// Seconds spent on reading and decoding files.
+    pub load_s: f64,
+    /// Seconds spent on building.
+    pub build_s: f64,
+    /// What it takes to render it.
+    pub memory: MemoryEstimate,
 }
 
 /// Loads and builds. All faults are printed to standard error; `None` if any of them is an error.
-pub fn prepare(args: &SceneArgs, quiet: bool) -> Option<Prepared> {
-    let (mut loaded, plan, times) = examine(args);
+pub fn prepare(args: &SceneArgs, usage: Use<'_>, verbosity: &Verbosity) -> Option<Prepared> {
+    let Examined { mut loaded, plan, load_s, build_s, memory } = examine(args, usage, verbosity);
     loaded.diagnostics.sort_by_place();
-    report::print(&loaded.diagnostics, &loaded.sources, quiet);
+    report::print(&loaded.diagnostics, &loaded.sources, verbosity.quiet);
     let errors = loaded.diagnostics.count(penombre_scene::Severity::Error);
     if errors > 0 {
         let plural = if errors == 1 { "" } else { "s" };
         terminal::err(&format!("{}: {errors} error{plural}, nothing was rendered", args.scene));
         return None;
     }
-    plan.map(|plan| Prepared { loaded, plan, load_s: times[0], build_s: times[1] })
+    plan.map(|plan| Prepared { loaded, plan, load_s, build_s, memory })
 }
 
-/// Loads and builds, printing nothing: the faults are in the result. The times are those of loading and building.
-pub fn examine(args: &SceneArgs) -> (Loaded, Option<Plan>, [f64; 2]) {
+/// Loads and builds; the faults are in the result. Nothing is decoded or built that would take too much memory.
+pub fn examine(args: &SceneArgs, usage: Use<'_>, verbosity: &Verbosity) -> Examined {
     let begin = Instant::now();
+    let budget = Budget::new(args.memory_limit, usage);
+    let mut loaded = load(args, &budget, verbosity);
+    let load_s = begin.elapsed().as_secs_f64();
+    let begin = Instant::now();
+    let mut plan = None;
+    if loaded.readable {
+        apply(args, &mut loaded.description, &mut loaded.diagnostics);
+        let broken = loaded.diagnostics.has_errors();
+        // The sizes are exact now. What was refused before they were known is not refused twice.
+        let refused = if broken { None } else { budget.check(&loaded.description, &loaded.assets.memory()) };
+        match refused {
+            Some(fault) => loaded.diagnostics.push(fault),
+            None => plan = Plan::new(&loaded.description, &loaded.assets, &mut loaded.diagnostics),
+        }
+        plan = plan.filter(|_| !broken);
+    }
+    let memory = budget.estimate(&loaded.description, &loaded.assets.memory(), true);
+    Examined { loaded, plan, load_s, build_s: begin.elapsed().as_secs_f64(), memory }
+}
+
+fn load(args: &SceneArgs, budget: &Budget<'_>, verbosity: &Verbosity) -> Loaded {
     // The camera of a bare mesh is fitted to the picture, so its size must be known while loading.
     let size = args.size.map(|[w, h]| format!("render.size=[{w}, {h}]"));
     let sets = args.set.iter().cloned().chain(size).collect();
     let options = LoadOptions { asset_roots: args.asset_root.clone(), sets };
-    let mut loaded = load(&args.scene, &options);
-    let load_s = begin.elapsed().as_secs_f64();
-    let begin = Instant::now();
-    if !loaded.readable {
-        return (loaded, None, [load_s, 0.0]);
-    }
-    apply(args, &mut loaded.description, &mut loaded.diagnostics);
-    let broken = loaded.diagnostics.has_errors();
-    let plan = Plan::new(&loaded.description, &loaded.assets, &mut loaded.diagnostics);
-    (loaded, plan.filter(|_| !broken), [load_s, begin.elapsed().as_secs_f64()])
+    let loading = Loading::new(verbosity, budget);
+    let loaded = load_observed(&args.scene, &options, &loading);
+    loading.finish();
+    loaded
 }
 
 /// Writes the options that stand for scene parameters into the description.

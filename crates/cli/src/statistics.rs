@@ -18,6 +18,8 @@ pub struct Measured {
     pub cpu: Option<Duration>,
     /// Threads of the render.
     pub threads: usize,
+    /// Memory that it was estimated to take, bytes.
+    pub memory_estimate: u64,
     /// What ended it.
     pub end: End,
 }
@@ -56,8 +58,8 @@ pub fn mean_spp(render: &Render) -> f64 {
 impl Measured {
     /// Begins with what preparing took.
     pub fn new(prepared: &Prepared, threads: usize) -> Self {
-        let (load_s, build_s) = (prepared.load_s, prepared.build_s);
-        Self { load_s, build_s, render_s: 0.0, cpu: None, threads, end: End::Samples }
+        let (load_s, build_s, memory_estimate) = (prepared.load_s, prepared.build_s, prepared.memory.total());
+        Self { load_s, build_s, render_s: 0.0, cpu: None, threads, memory_estimate, end: End::Samples }
     }
 }
 
@@ -90,6 +92,7 @@ pub fn json_line(
         "mrays_per_s": per_second(statistics.rays),
         "threads": measured.threads,
         "peak_rss_mb": penombre_sys::peak_rss().map(mib),
+        "memory_estimate_mb": mib(measured.memory_estimate),
         "bvh_mb": mib(summary.bvh_bytes as u64),
         "triangles": summary.triangles,
         "instances": summary.instances,

@@ -1,6 +1,7 @@
 //! `penombre trace`.
 
-use crate::args::TraceArgs;
+use crate::args::{TraceArgs, Verbosity};
+use crate::memory::Use;
 use crate::scene::{Prepared, prepare};
 use crate::{Exit, report, terminal};
 use penombre::integrator::{LightRecord, PathRecord, VertexRecord};
@@ -9,8 +10,8 @@ use penombre_math::{Spectrum, Vec3};
 use serde_json::{Value, json};
 
 /// Tells every vertex of the path of one sample.
-pub fn run(args: &TraceArgs) -> Exit {
-    let Some(prepared) = prepare(&args.scene, false) else { return Exit::Usage };
+pub fn run(args: &TraceArgs, verbosity: &Verbosity) -> Exit {
+    let Some(prepared) = prepare(&args.scene, Use::Trace, verbosity) else { return Exit::Usage };
     let (plan, [x, y]) = (&prepared.plan, args.pixel);
     let [w, h] = plan.job.size;
     if x >= w || y >= h {

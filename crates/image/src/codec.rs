@@ -114,6 +114,24 @@ fn sensible_pixels(bytes: u64) -> u64 {
     bytes.saturating_mul(32).max(empty).clamp(1 << 24, MAX_PIXELS)
 }
 
+/// Most pixels that so many bytes of a format can hold: what [`Source::check_size`] lets pass, or more.
+pub fn most_pixels(format: Format, bytes: u64) -> u64 {
+    let per_byte = match format {
+        Format::Png => png::PIXELS_PER_BYTE,
+        Format::Jpeg => jpeg::PIXELS_PER_BYTE,
+        Format::Ppm | Format::Pfm => 1,
+        Format::Pgm => 8,
+        Format::Exr => exr::PIXELS_PER_BYTE,
+        Format::Hdr => hdr::PIXELS_PER_BYTE,
+        Format::Tga => tga::PIXELS_PER_BYTE,
+        Format::Bmp => packed::BMP_PIXELS_PER_BYTE,
+        Format::Gif => packed::GIF_PIXELS_PER_BYTE,
+        Format::Webp => packed::WEBP_PIXELS_PER_BYTE,
+    };
+    let always = if matches!(format, Format::Bmp | Format::Gif | Format::Webp) { packed::SMALL } else { 0 };
+    bytes.saturating_mul(per_byte).max(always).min(sensible_pixels(bytes))
+}
+
 /// Room for the samples of an image that has passed [`Source::check_size`].
 pub fn room(width: u32, height: u32, channels: u32) -> Result<Vec<f32>> {
     let mut samples = Vec::new();

@@ -15,6 +15,7 @@ mod image;
 mod io;
 mod layers;
 pub mod metrics;
+mod probe;
 mod tone;
 
 pub use error::{ImageError, ImageErrorKind, LayerError, ShapeError};
@@ -28,4 +29,5 @@ pub use layers::{
     Channel, DecodedLayers, Layer, Layers, STANDARD_LAYERS, Samples, decode_layers, encode_layers,
     layer_path, load_layers, save_layers,
 };
+pub use probe::{ImageSize, PROBE_BYTES, probe};
 pub use tone::{ToneCurve, UnknownName, quantise, quantise_rgba};

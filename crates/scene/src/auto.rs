@@ -20,13 +20,14 @@ const MARGIN: f64 = 0.08;
 const SIZE: [i64; 2] = [640, 480];
 /// The ground fills pictures up to this ratio of width to height.
 const WIDEST: f64 = 2.4;
-/// Largest coordinate of a mesh around which a scene is made: light and ground beyond it would not fit single precision.
-pub const LARGEST: f32 = 1e30;
 /// From the middle of the mesh to the camera; not normalised.
 const TOWARDS_CAMERA: DVec3 = DVec3::new(0.55, 0.45, 1.0);
 /// Parts of the camera's left, world up and towards the camera in the directions of the lights.
 const KEY: [f64; 3] = [0.55, 0.75, 0.4];
 const FILL: [f64; 3] = [-0.9, 0.5, 0.5];
+
+/// What is looked at where there is nothing.
+const CUBE: Bounds3 = Bounds3 { min: Vec3::NEG_ONE, max: Vec3::ONE };
 
 /// A description that shows a mesh file: the shape `mesh` and the settings of the render. [`complete`] adds the rest
 /// when the assets are loaded. `file`: relative to the root folder.
@@ -45,34 +46,58 @@ fn used_positions(mesh: &TriangleMesh) -> impl Iterator<Item = Vec3> {
     mesh.positions.iter().zip(used).filter_map(|(p, used)| used.then_some(*p))
 }
 
-/// The largest coordinate of the meshes of a scene.
-pub fn largest_coordinate(scene: &SceneDescription, assets: &Assets) -> f32 {
-    let shapes = scene.of_role(Role::Shape);
-    let meshes = shapes.filter_map(|(id, _)| assets.mesh(id)).map(|file| &file.mesh);
-    meshes.flat_map(used_positions).fold(0.0, |most, p| p.abs().max_element().max(most))
-}
-
 /// Adds the camera `auto`, the shape and material `ground` and the lights `key`, `fill` and `sky` to a scene of meshes
-/// (without transforms). A scene whose meshes have no triangle gets the camera only.
-pub fn complete(scene: &mut SceneDescription, assets: &Assets) {
+/// (without transforms). Without a triangle they stand as for the cube of edge 2 about the origin.
+///
+/// # Errors
+/// The box of the meshes, if they are so large that the camera, the ground or a light would stand beyond the numbers of
+/// single precision. Nothing is added then.
+pub fn complete(scene: &mut SceneDescription, assets: &Assets) -> Result<(), Bounds3> {
     let shapes: Vec<_> = scene.of_role(Role::Shape).map(|(id, _)| id).collect();
-    let meshes = shapes.iter().filter_map(|id| assets.mesh(*id)).map(|file| &file.mesh);
-    let points: Vec<Vec3> = meshes.flat_map(used_positions).collect();
-    let bounds = Bounds3::of_points(points.iter().copied());
-    let aspect = aspect_of(scene);
+    let meshes = shapes.iter().filter_map(|id| assets.mesh(*id)).map(|file| &*file.mesh);
+    let mut points: Vec<Vec3> = meshes.flat_map(used_positions).collect();
+    let mut bounds = Bounds3::of_points(points.iter().copied());
     if bounds.is_empty() {
-        scene.add(camera_for(&bounds, aspect as f32));
-        return;
+        bounds = CUBE;
+        points = CUBE.corners().to_vec();
     }
+    let aspect = aspect_of(scene);
     let stage = Stage::new(&bounds);
     let view = stage.fit(points.iter().map(|p| p.as_dvec3()), aspect);
-    scene.add(stage.camera(&view));
-    stage.add_ground(scene, &view, aspect.max(WIDEST));
+    let [material, ground] = stage.ground(&view, aspect.max(WIDEST));
     // In `classic`, together with the ambient light a white surface gets about 1, whichever way it faces. Elsewhere a
     // white surface that faces the key light has a radiance of about 0.7, and the sky's 0.15 where it sees that alone.
-    scene.add(stage.light("key", KEY, 2.4, [0.8, 11.0], 4));
-    scene.add(stage.light("fill", FILL, 4.0, [0.3, 0.6], 2));
-    scene.add(Node::new(Role::Light, "environment", "sky").with("radiance", [0.15; 3]));
+    let key = stage.light("key", KEY, 2.4, [0.8, 11.0], 4);
+    let fill = stage.light("fill", FILL, 4.0, [0.3, 0.6], 2);
+    let sky = Node::new(Role::Light, "environment", "sky").with("radiance", [0.15; 3]);
+    let made = [stage.camera(&view), material, ground, key, fill, sky];
+    if !made.iter().all(is_in_range) {
+        return Err(bounds);
+    }
+    made.into_iter().for_each(|node| _ = scene.add(node));
+    Ok(())
+}
+
+/// Words about a mesh that is so large, to follow its name.
+pub fn too_far(bounds: &Bounds3) -> String {
+    let [min, max] = [bounds.min, bounds.max].map(|p| format!("({:e}, {:e}, {:e})", p.x, p.y, p.z));
+    format!("found a box from {min} to {max}, expected one that leaves room for a camera around it")
+}
+
+/// What to do about that.
+pub const TOO_FAR_HELP: &str =
+    "numbers are kept in single precision, which ends at 3.4e38: scale the mesh down";
+
+/// True if all numbers of a node are those of single precision.
+pub fn is_in_range(node: &Node) -> bool {
+    fn is_small(value: &Value) -> bool {
+        match &value.kind {
+            ValueKind::Float(v) => v.abs() <= f64::from(f32::MAX),
+            ValueKind::Array(list) => list.iter().all(is_small),
+            _ => true,
+        }
+    }
+    node.params.iter().all(|p| is_small(&p.value))
 }
 
 /// Width over height of the picture that `render.size` asks for, as far as it is sound.
@@ -92,8 +117,7 @@ fn aspect_of(scene: &SceneDescription) -> f64 {
 /// A camera named `auto` that has the whole box in view. `aspect`: width of the picture by its height. An empty box
 /// is taken as the cube of edge 2 about the origin.
 pub fn camera_for(bounds: &Bounds3, aspect: f32) -> Node {
-    let cube = Bounds3 { min: Vec3::NEG_ONE, max: Vec3::ONE };
-    let bounds = if bounds.is_empty() || !bounds.is_finite() { &cube } else { bounds };
+    let bounds = if bounds.is_empty() || !bounds.is_finite() { &CUBE } else { bounds };
     let stage = Stage::new(bounds);
     let view =
         stage.fit(bounds.corners().into_iter().map(|p| p.as_dvec3()), f64::from(aspect).clamp(0.01, 100.0));
@@ -161,8 +185,8 @@ impl Stage {
             .with("fov", FOV)
     }
 
-    /// A level square that the whole picture looks at.
-    fn add_ground(&self, scene: &mut SceneDescription, view: &CameraPlace, widest: f64) {
+    /// A level square that the whole picture looks at: its material and its shape.
+    fn ground(&self, view: &CameraPlace, widest: f64) -> [Node; 2] {
         let eye = view.target + self.back * view.distance;
         let tall = tan_degrees(FOV * 0.5);
         let mut half = 20.0 * self.radius;
@@ -174,19 +198,16 @@ impl Stage {
         }
         let origin = DVec3::new(self.center.x - half, self.floor, self.center.z - half);
         let grey = [0.7; 3];
-        scene.add(
-            Node::new(Role::Material, "phong", "ground")
-                .with("diffuse", grey)
-                .with("specular", [0.0; 3])
-                .with("ambient", grey),
-        );
-        scene.add(
-            Node::new(Role::Shape, "quad", "ground")
-                .with("origin", vector(origin))
-                // In this order the normal points up.
-                .with("sides", [vector(DVec3::Z * 2.0 * half), vector(DVec3::X * 2.0 * half)])
-                .with("material", "ground"),
-        );
+        let material = Node::new(Role::Material, "phong", "ground")
+            .with("diffuse", grey)
+            .with("specular", [0.0; 3])
+            .with("ambient", grey);
+        let shape = Node::new(Role::Shape, "quad", "ground")
+            .with("origin", vector(origin))
+            // In this order the normal points up.
+            .with("sides", [vector(DVec3::Z * 2.0 * half), vector(DVec3::X * 2.0 * half)])
+            .with("material", "ground");
+        [material, shape]
     }
 
     /// A square light that faces the mesh. `size`: its edge in radii of the mesh; `strengths`: its colour in `classic` and its

@@ -131,6 +131,11 @@ impl Diagnostics {
         self.list.sort_by_key(|d| (d.span.file, d.span.start));
     }
 
+    /// Changes the place of every fault.
+    pub(crate) fn for_each_span(&mut self, change: impl Fn(&mut Span)) {
+        self.list.iter_mut().for_each(|d| change(&mut d.span));
+    }
+
     /// Appends another list.
     pub fn extend(&mut self, other: Self) {
         self.list.extend(other.list);

@@ -4,7 +4,7 @@ mod kind;
 #[cfg(test)]
 mod tests;
 
-use crate::assets::{Assets, PathFault, UNREADABLE_HELP, check_regular};
+use crate::assets::{Assets, LoadObserver, PathFault, UNREADABLE_HELP, check_regular};
 use crate::auto;
 use crate::builtin;
 use crate::description::{Node, NodeId, SceneDescription};
@@ -62,11 +62,18 @@ pub struct Loaded {
 /// Loads a scene: a file (`.toml`, or a mesh, `.obj`, `.off`, `.ply` or `.stl`, perhaps with `.gz`), or a built-in by
 /// its name. Never fails: faults are in the result.
 pub fn load(source: &str, options: &LoadOptions) -> Loaded {
+    load_observed(source, options, &())
+}
+
+/// The same; `observer` hears of the files that the scene names, and may forbid to decode them.
+pub fn load_observed(source: &str, options: &LoadOptions, observer: &dyn LoadObserver) -> Loaded {
     let mut loader = Loader {
         loaded: Loaded::default(),
         folders: Folders::default(),
         chain: Vec::new(),
         done: Vec::new(),
+        source,
+        observer,
     };
     loader.folders.asset_roots.clone_from(&options.asset_roots);
     loader.loaded.name = source.to_owned();
@@ -80,16 +87,19 @@ pub fn load(source: &str, options: &LoadOptions) -> Loaded {
     loader.loaded
 }
 
-struct Loader {
+struct Loader<'a> {
     loaded: Loaded,
     folders: Folders,
     /// The files being read, each included by the one before it: canonical path and name.
     chain: Vec<(PathBuf, String)>,
     /// Canonical paths of all files read.
     done: Vec<PathBuf>,
+    /// What the command line names.
+    source: &'a str,
+    observer: &'a dyn LoadObserver,
 }
 
-impl Loader {
+impl Loader<'_> {
     fn error(&mut self, code: &'static str, span: Span, message: String, help: String) {
         self.loaded.diagnostics.error(code, span, message).help = help;
     }
@@ -304,8 +314,7 @@ impl Loader {
             return;
         }
         self.loaded.folders = self.folders.clone();
-        let Loaded { description, assets, sources, diagnostics, bare_mesh, brought, name, .. } =
-            &mut self.loaded;
+        let Loaded { description, assets, sources, diagnostics, bare_mesh, brought, .. } = &mut self.loaded;
         let mut late: Vec<(&String, FileId)> = Vec::new();
         let mut early_faults = Diagnostics::default();
         for argument in sets {
@@ -319,21 +328,12 @@ impl Loader {
             }
         }
         let nodes = description.len();
-        *assets = Assets::load(description, &self.folders, sources, diagnostics);
+        *assets = Assets::load_observed(description, &self.folders, sources, diagnostics, self.observer);
         let ids = description.iter().map(|(id, _)| id).skip(nodes);
         *brought = ids.map(|id| (id, description.shared(id).clone())).collect();
-        if *bare_mesh {
-            let largest = auto::largest_coordinate(description, assets);
-            if largest > auto::LARGEST {
-                let most = auto::LARGEST;
-                let message = format!(
-                    "`{name}`, byte 0: found coordinates up to {largest:e}, expected at most {most:e}"
-                );
-                let help = "scale the mesh down: camera and light around it would be out of reach";
-                diagnostics.error("load::extent", Span::NONE, message).help = help.to_owned();
-                return;
-            }
-            auto::complete(description, assets);
+        if *bare_mesh && let Err(bounds) = auto::complete(description, assets) {
+            let message = format!("`{}`: byte 0: {}", self.source, auto::too_far(&bounds));
+            diagnostics.error("mesh::too-far", Span::NONE, message).help = auto::TOO_FAR_HELP.to_owned();
         }
         if description.len() == nodes {
             diagnostics.extend(early_faults);

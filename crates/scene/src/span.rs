@@ -135,10 +135,45 @@ impl SourceFile {
 /// The texts that spans point into.
 #[derive(Clone, Debug, Default)]
 pub struct Sources {
+    /// Number of the first file: not 0 in a list that will be appended to another one.
+    first: u32,
     files: Vec<SourceFile>,
 }
 
+/// How the numbers of files change when one list of texts is appended to another.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Renumbering {
+    from: u32,
+    by: u32,
+}
+
+impl Renumbering {
+    /// The span in the joined list. Files that were in the other list from the beginning keep their numbers.
+    pub fn apply(self, span: &mut Span) {
+        if span.is_some() && span.file.0 >= self.from {
+            span.file.0 += self.by;
+        }
+    }
+}
+
 impl Sources {
+    /// An empty list whose numbers go on from those of this one: for texts that are found at the same time as others.
+    pub(crate) fn branch(&self) -> Self {
+        Self { first: self.next(), files: Vec::new() }
+    }
+
+    /// Appends what a branch of this list has got; texts may have been added to this one since.
+    pub(crate) fn append(&mut self, branch: Self) -> Renumbering {
+        let moved = Renumbering { from: branch.first, by: self.next() - branch.first };
+        self.files.extend(branch.files);
+        moved
+    }
+
+    fn next(&self) -> u32 {
+        let count = u32::try_from(self.files.len()).ok().and_then(|n| n.checked_add(self.first));
+        count.expect("fewer than 2^32 source files")
+    }
+
     /// Adds a text and names it.
     pub fn add(&mut self, path: &Path, name: impl Into<String>, text: impl Into<Arc<str>>) -> FileId {
         self.add_excerpt(path, name, text, 1)
@@ -164,7 +199,7 @@ impl Sources {
         first_line: u32,
         first_column: u32,
     ) -> FileId {
-        let id = FileId(u32::try_from(self.files.len()).expect("fewer than 2^32 source files"));
+        let id = FileId(self.next());
         let (path, name, text) = (path.to_owned(), name.into(), text.into());
         self.files.push(SourceFile { path, name, text, first_line, first_column, marks: OnceLock::new() });
         id
@@ -172,7 +207,7 @@ impl Sources {
 
     /// The file, unless the id is that of [`Span::NONE`].
     pub fn get(&self, id: FileId) -> Option<&SourceFile> {
-        self.files.get(id.0 as usize)
+        self.files.get(id.0.checked_sub(self.first)? as usize)
     }
 
     /// All files in the order of their ids.
@@ -226,6 +261,33 @@ mod tests {
                 assert_eq!((again.line, again.column), (found.line, found.column), "{at}");
             }
         }
+    }
+
+    #[test]
+    fn branches_are_joined_with_their_places() {
+        let mut all = Sources::default();
+        let place = |file| Span { file, start: 0, len: 1 };
+        let scene = place(all.add(Path::new(""), "scene", "s"));
+        let mut branches = [all.branch(), all.branch()];
+        let own = ["a", "b"].map(|name| {
+            let branch = &mut branches[usize::from(name == "b")];
+            let spans = [1, 2].map(|_| place(branch.add(Path::new(""), name, name)));
+            assert_eq!(branch.locate(spans[1]).unwrap().name, name);
+            assert!(branch.locate(scene).is_none());
+            spans
+        });
+        for (branch, (name, spans)) in branches.into_iter().zip(["a", "b"].iter().zip(own)) {
+            let moved = all.append(branch);
+            for mut span in spans {
+                moved.apply(&mut span);
+                assert_eq!(&all.locate(span).unwrap().name, name);
+            }
+            for (mut kept, file) in [(scene, scene.file), (Span::NONE, Span::NONE.file)] {
+                moved.apply(&mut kept);
+                assert_eq!(kept.file, file);
+            }
+        }
+        assert_eq!(all.iter().count(), 5);
     }
 
     #[test]

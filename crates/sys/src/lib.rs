@@ -4,6 +4,7 @@
 //! [`available_space`]), what the process used ([`peak_rss`], [`process_cpu_time`]), threads that yield to others
 //! ([`lower_thread_priority`]), and the processor's wider vectors ([`vectorize`]). Every function has a portable fallback; `unsafe` stands in two small modules.
 
+mod cgroup;
 mod file;
 mod machine;
 mod vectorize;

@@ -17,11 +17,12 @@ pub fn peak_rss() -> Option<u64> {
     imp::peak_rss()
 }
 
-/// Memory, in bytes, that programs may still take without driving the machine into swapping. `None` where the
-/// system does not tell.
+/// Memory, in bytes, that this program may still take without driving the machine into swapping, or its container
+/// beyond its limit. `None` where the system does not tell.
 #[must_use]
 pub fn available_memory() -> Option<u64> {
-    meminfo(&std::fs::read_to_string("/proc/meminfo").ok()?)
+    let machine = std::fs::read_to_string("/proc/meminfo").ok().and_then(|table| meminfo(&table));
+    machine.into_iter().chain(crate::cgroup::available_memory()).min()
 }
 
 /// The figure in Linux's table, which has one line `MemAvailable:   N kB`.

@@ -329,7 +329,8 @@ impl Session {
             description.add_shared(loaded.shared(id).clone());
         }
         Edit::Size(size).apply(&mut description, &mut Default::default(), &mut Diagnostics::default());
-        auto::complete(&mut description, &self.loaded.assets);
+        // Where there is no place for a camera, building the scene says so.
+        let _ = auto::complete(&mut description, &self.loaded.assets);
         // Changes of nodes that have only now been added; the others are applied already, and again is harmless.
         for set in &self.source.sets {
             let edit = Edit::Set(set.clone());

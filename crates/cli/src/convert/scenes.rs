@@ -2,6 +2,7 @@
 
 use super::{Fault, Job, fault, same_file};
 use crate::args::{ConvertArgs, SceneArgs, Verbosity};
+use crate::memory::Use;
 use crate::scene::examine;
 use crate::{Exit, report, terminal};
 use penombre_image::{ColorSpace, Format};
@@ -86,7 +87,7 @@ pub(super) fn convert(job: &Job, args: &ConvertArgs, verbosity: &Verbosity) -> E
         asset_root: args.asset_root.clone(),
         ..SceneArgs::default()
     };
-    let (mut loaded, _, _) = examine(&scene);
+    let mut loaded = examine(&scene, Use::Tell, verbosity).loaded;
     loaded.diagnostics.sort_by_place();
     report::print(&loaded.diagnostics, &loaded.sources, verbosity.quiet);
     if loaded.diagnostics.has_errors() {

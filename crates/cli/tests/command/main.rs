@@ -8,6 +8,7 @@ mod corpus;
 mod editors;
 mod hostile;
 mod limits;
+mod memory;
 mod outside;
 mod saves;
 mod scenes;

@@ -21,7 +21,7 @@ use penombre_math::color::luminance;
 use std::io::{Cursor, Write};
 
 /// ZIP makes at best 1032 bytes of one; the smallest sample has two.
-const PIXELS_PER_BYTE: u64 = 1040 / 2;
+pub const PIXELS_PER_BYTE: u64 = 1040 / 2;
 
 /// More channels than any renderer writes: searching them by name takes time by their square.
 const MAX_CHANNELS: usize = 4096;

@@ -13,7 +13,7 @@ const PLANAR_WIDTHS: std::ops::RangeInclusive<u32> = 8..=0x7fff;
 const MAX_LINE: usize = 4096;
 
 /// Run-length coding in planes makes at best 127 values of two bytes; the older form repeats pixels further.
-const PIXELS_PER_BYTE: u64 = 256;
+pub const PIXELS_PER_BYTE: u64 = 256;
 
 pub fn encode(image: &Image, options: &WriteOptions, w: &mut dyn Write) -> Result<()> {
     w.write_all(b"#?RADIANCE\n")?;

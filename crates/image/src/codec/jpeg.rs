@@ -19,7 +19,7 @@ use zune_jpeg::zune_core::options::DecoderOptions;
 const QUALITY: u8 = 95;
 
 /// The fewest bits an 8 × 8 block can take leave this many pixels to a byte.
-const PIXELS_PER_BYTE: u64 = 1024;
+pub const PIXELS_PER_BYTE: u64 = 1024;
 
 pub fn encode(image: &Image, options: &WriteOptions, w: &mut dyn Write) -> Result<()> {
     let unwritable = |reason| ImageErrorKind::NotWritable { format: Format::Jpeg, reason };
@@ -106,7 +106,7 @@ fn require_end(bytes: &[u8]) -> Result<()> {
 }
 
 /// Where the first segment with such a mark starts.
-fn first_segment(bytes: &[u8], wanted: impl Fn(u8) -> bool) -> Option<usize> {
+pub fn first_segment(bytes: &[u8], wanted: impl Fn(u8) -> bool) -> Option<usize> {
     let mut at = 2;
     loop {
         match *bytes.get(at..at + 2)? {

@@ -13,19 +13,19 @@ use std::io::{Cursor, ErrorKind, Write};
 
 /// Pixels that a file of any length may have: these formats can leave out what has the colour of the ground, or need no
 /// bits at all for a picture of one colour.
-const SMALL: u64 = 1 << 22;
+pub const SMALL: u64 = 1 << 22;
 
 /// Memory beside the pixels that a decoder may take, bytes.
 const SPARE: u64 = 1 << 26;
 
 /// At best: 8 pixels in a byte, or 255 in a run of two bytes.
-const BMP_PIXELS_PER_BYTE: u64 = 128;
+pub const BMP_PIXELS_PER_BYTE: u64 = 128;
 
 /// A code of 12 bits stands for at most 4096 pixels.
-const GIF_PIXELS_PER_BYTE: u64 = 2731;
+pub const GIF_PIXELS_PER_BYTE: u64 = 2731;
 
 /// Four times what a large lossy picture of one colour takes in practice.
-const WEBP_PIXELS_PER_BYTE: u64 = 2048;
+pub const WEBP_PIXELS_PER_BYTE: u64 = 2048;
 
 pub fn encode_bmp(image: &Image, options: &WriteOptions, w: &mut dyn Write) -> Result<()> {
     let (bytes, channels) = eight_bit(image, options);

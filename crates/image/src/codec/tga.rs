@@ -11,7 +11,7 @@ use std::io::Write;
 const HEADER: usize = 18;
 
 /// A packet of two bytes makes 128 pixels at best.
-const PIXELS_PER_BYTE: u64 = 64;
+pub const PIXELS_PER_BYTE: u64 = 64;
 
 /// Bit of the descriptor: the first column is the right one.
 const FROM_RIGHT: u8 = 0x10;

@@ -71,6 +71,11 @@ impl FilmLayer {
         self == Self::Variance
     }
 
+    /// Number of its channels.
+    pub fn channel_count(self) -> usize {
+        self.channels().len()
+    }
+
     /// Names of its channels.
     fn channels(self) -> &'static [&'static str] {
         STANDARD_LAYERS.iter().find(|(name, _)| *name == self.name()).map_or(&["X"], |(_, channels)| channels)

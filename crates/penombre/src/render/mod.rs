@@ -4,14 +4,18 @@
 //! or what it calls, and nothing else computes samples.
 
 mod intake;
+mod memory;
 mod plan;
 mod run;
 mod settings;
 mod unit;
 
 use crate::film::{Film, PixelFilter, SAMPLE_CHUNK, Tile};
+use crate::registry::Context;
 use crate::sampler::{Sampler, SamplerKind};
+use penombre_scene::{Assets, Diagnostics, SceneDescription};
 
+pub use memory::{MemoryEstimate, MemoryPart};
 pub use plan::{NODE_SCHEMAS, Plan, SPP_ENTRY, default_tone};
 pub use run::{Event, Observer, Outcome, Render, Statistics};
 pub use settings::RenderSettings;
@@ -108,7 +112,18 @@ impl Job {
 
     /// Memory of its film and image, bytes.
     pub fn film_bytes(&self) -> u64 {
-        Film::bytes(self.size[0], self.size[1], self.estimate, self.features)
+        let [width, height] = self.size;
+        // Sums that wait until their pass is whole are half of those that the film holds.
+        let film = Film::bytes(width, height, self.estimate, self.features);
+        if self.whole_passes { film.saturating_add(film / 2) } else { film }
+    }
+
+    /// The job that a description asks for, before anything is built; faults are those of [`Plan::new`].
+    pub fn planned(description: &SceneDescription) -> Self {
+        let (assets, mut out) = (Assets::default(), Diagnostics::default());
+        let mut context =
+            Context { description, assets: &assets, out: &mut out, node: penombre_scene::NodeId(0) };
+        RenderSettings::build(&mut context).job()
     }
 
     /// The check point after so many samples per pixel: 32, then four to each doubling, at multiples of

@@ -14,8 +14,6 @@ pub const NODE_SCHEMAS: &[(Role, &[ParamSpec])] = &[(Role::Render, RenderSetting
 
 /// Key of the samples per pixel in [`Plan::provenance`].
 pub const SPP_ENTRY: &str = "penombre:spp";
-/// Edge of the tiles unless told otherwise, pixels.
-const DEFAULT_TILE: u32 = 16;
 
 /// A scene, an integrator and a job.
 #[derive(Debug)]
@@ -61,21 +59,7 @@ impl Plan {
         let aspect = settings.size[0] as f32 / settings.size[1] as f32;
         let scene = scene((aspect, settings.integrator != Classic::NAME), out);
         let (scene, integrator) = (scene?, integrator?);
-        let job = Job {
-            size: settings.size,
-            spp: settings.spp,
-            seed: settings.seed,
-            sampler: settings.sampler,
-            camera: settings.camera,
-            pixel_jitter: settings.pixel_jitter,
-            filter: settings.filter,
-            estimate: false,
-            noise: 0.0,
-            features: false,
-            whole_passes: false,
-            tile: DEFAULT_TILE,
-            progressive: false,
-        };
+        let job = settings.job();
         (!out.has_errors()).then_some(Self { scene, integrator, job })
     }
 

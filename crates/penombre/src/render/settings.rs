@@ -1,5 +1,6 @@
 //! `[render]`: what a scene file asks for; the command line overrides.
 
+use super::Job;
 use crate::film::{FilterKind, PixelFilter};
 use crate::integrator::PathTracer;
 use crate::registry::Context;
@@ -36,6 +37,9 @@ pub struct RenderSettings {
     /// Where around the pixel they go.
     pub filter: PixelFilter,
 }
+
+/// Edge of the tiles unless told otherwise, pixels.
+const DEFAULT_TILE: u32 = 16;
 
 /// Radii and deviations of filters, pixels.
 const FILTER_SIZES: Range = Range::closed(0.01, 16.0);
@@ -140,6 +144,27 @@ impl RenderSettings {
             camera: p.reference("camera").map_or(0, |id| context.position(id)),
             pixel_jitter: p.bool("pixel_jitter"),
             filter: filter(&p),
+        }
+    }
+}
+
+impl RenderSettings {
+    /// What is rendered, without what only a command line says.
+    pub(super) fn job(&self) -> Job {
+        Job {
+            size: self.size,
+            spp: self.spp,
+            seed: self.seed,
+            sampler: self.sampler,
+            camera: self.camera,
+            pixel_jitter: self.pixel_jitter,
+            filter: self.filter,
+            estimate: false,
+            noise: 0.0,
+            features: false,
+            whole_passes: false,
+            tile: DEFAULT_TILE,
+            progressive: false,
         }
     }
 }

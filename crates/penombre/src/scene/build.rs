@@ -13,6 +13,7 @@ use crate::shape::AnyShape;
 use crate::texture::AnyTexture;
 use penombre_math::Bounds3;
 use penombre_scene::assets::Assets;
+use penombre_scene::auto;
 use penombre_scene::{Diagnostics, Kind, Node, NodeId, ParamSpec, Role, SceneDescription, Span, ValueKind};
 use std::sync::Arc;
 
@@ -184,7 +185,12 @@ impl Builder<'_, '_> {
         if scene.cameras.is_empty() {
             let mut description = SceneDescription::default();
             let bounds = if scene.bounds().is_empty() { unit_box() } else { scene.bounds() };
-            let id = description.add(penombre_scene::auto::camera_for(&bounds, aspect));
+            let camera = auto::camera_for(&bounds, aspect);
+            if !auto::is_in_range(&camera) {
+                self.tell_farthest(scene);
+                return;
+            }
+            let id = description.add(camera);
             let mut context =
                 Context { description: &description, assets: self.assets, out: self.out, node: id };
             if let Some(value) = AnyCamera::build(description.node(id), &mut context) {
@@ -203,6 +209,22 @@ impl Builder<'_, '_> {
             self.out.warning("scene::no-light", Span::NONE, message).help =
                 "add [light.NAME] with type = \"point\" and position".to_owned();
         }
+    }
+}
+
+impl Builder<'_, '_> {
+    /// Names the shape that reaches farthest: around all of them there is no place for a camera.
+    fn tell_farthest(&mut self, scene: &Scene) {
+        let reach = |b: &Bounds3| b.min.abs().max(b.max.abs()).max_element();
+        let shapes = self.description.of_role(Role::Shape).zip(&scene.shapes.list);
+        let bounds = shapes.map(|((_, node), shape)| (node, shape.value.bounds()));
+        let Some((node, bounds)) = bounds.max_by(|a, b| reach(&a.1).total_cmp(&reach(&b.1))) else { return };
+        let file = match node.param("file").map(|p| &p.value) {
+            Some(penombre_scene::Value { kind: ValueKind::String(file), .. }) => format!(" (`{file}`)"),
+            _ => String::new(),
+        };
+        let message = format!("`{}`{file}: {}", node.path(), auto::too_far(&bounds));
+        self.out.error("scene::too-far", node.span, message).help = auto::TOO_FAR_HELP.to_owned();
     }
 }
 

@@ -31,6 +31,7 @@ enum Wrap {
     Repeat,
     Clamp,
     Mirror,
+    Black,
 }
 
 /// Which of an image's samples are looked up.
@@ -62,9 +63,9 @@ impl Texture for ImageTexture {
         ParamSpec::required("file", Kind::File, "The image file."),
         ParamSpec::with_default(
             "wrap",
-            Kind::Choice(&["repeat", "clamp", "mirror"]),
+            Kind::Choice(&["repeat", "clamp", "mirror", "black"]),
             ParamDefault::Text("repeat"),
-            "What lies outside 0..1.",
+            "What lies outside 0..1: the image again and again, its outermost pixels, the image mirrored at each border, or nothing.",
         ),
         ParamSpec::with_default(
             "filter",
@@ -116,6 +117,7 @@ impl Texture for ImageTexture {
         let wrap = match p.choice("wrap") {
             "clamp" => Wrap::Clamp,
             "mirror" => Wrap::Mirror,
+            "black" => Wrap::Black,
             _ => Wrap::Repeat,
         };
         let channel = Channel::of(p.choice("channel"), &image);
@@ -161,7 +163,9 @@ impl ImageTexture {
 
     fn pixel(&self, x: f32, y: f32) -> Spectrum {
         let (w, h) = (self.image.width(), self.image.height());
-        let (x, y) = (self.wrap.index(x, w), self.wrap.index(y, h));
+        let (Some(x), Some(y)) = (self.wrap.index(x, w), self.wrap.index(y, h)) else {
+            return Spectrum::BLACK;
+        };
         match self.channel {
             Channel::Color => Spectrum::from_rgb(self.image.rgb(x, y)),
             Channel::One(i) => Spectrum::splat(self.image.rgb(x, y)[i]),
@@ -201,8 +205,8 @@ fn alpha(pixel: &[f32]) -> f32 {
 }
 
 impl Wrap {
-    /// The pixel index that stands at the whole number `i` of a row of `n` pixels.
-    fn index(self, i: f32, n: u32) -> u32 {
+    /// The pixel index that stands at the whole number `i` of a row of `n` pixels, if there is one.
+    fn index(self, i: f32, n: u32) -> Option<u32> {
         let last = f64::from(n - 1);
         let (i, n) = (f64::from(i), f64::from(n));
         let inside = match self {
@@ -212,8 +216,10 @@ impl Wrap {
                 let in_pair = i - (i / (2.0 * n)).floor() * 2.0 * n;
                 if in_pair < n { in_pair } else { 2.0 * n - 1.0 - in_pair }
             }
+            Self::Black if !(0.0..n).contains(&i) => return None,
+            Self::Black => i,
         };
-        inside.clamp(0.0, last) as u32
+        Some(inside.clamp(0.0, last) as u32)
     }
 }
 
@@ -254,9 +260,45 @@ mod tests {
         assert_eq!(red(&texture(Wrap::Mirror, false), 1.25, 0.75), 1.0);
         assert_eq!(red(&texture(Wrap::Clamp, false), 7.0, 0.75), 1.0);
         assert_eq!(red(&texture(Wrap::Repeat, false), -0.25, -0.25), 1.0);
-        for wrap in [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp] {
+        assert_eq!(red(&texture(Wrap::Black, false), 0.75, 0.75), 1.0);
+        assert_eq!(red(&texture(Wrap::Black, false), -0.25, 0.75), 0.0);
+        for wrap in [Wrap::Repeat, Wrap::Mirror, Wrap::Clamp, Wrap::Black] {
             assert!(red(&texture(wrap, true), 1e30, -1e30).is_finite());
         }
+    }
+
+    /// Against whole numbers, on both sides of zero and as far out as single precision counts every pixel.
+    #[test]
+    fn pixels_beyond_the_image_are_those_of_the_wrap() {
+        let far = [-16_777_216, -9_999_991, 9_999_991, 16_777_216];
+        for (i, n) in (-40..40).chain(far).flat_map(|i| (1..9).map(move |n| (i, n))) {
+            let pair = i64::rem_euclid(i, 2 * n);
+            let expected = [
+                (Wrap::Repeat, Some(i.rem_euclid(n))),
+                (Wrap::Mirror, Some(pair.min(2 * n - 1 - pair))),
+                (Wrap::Clamp, Some(i.clamp(0, n - 1))),
+                (Wrap::Black, Some(i).filter(|i| (0..n).contains(i))),
+            ];
+            for (wrap, pixel) in expected {
+                let found = wrap.index(i as f32, n as u32).map(i64::from);
+                assert_eq!(found, pixel, "{wrap:?} {i} {n}");
+            }
+        }
+    }
+
+    /// The border between a picture and its next copy is a mean of both, the same from either side of the plane.
+    #[test]
+    fn coordinates_wrap_alike_near_and_far() {
+        for (wrap, period) in [(Wrap::Repeat, 1.0), (Wrap::Mirror, 2.0)] {
+            for (u, far) in
+                (0..32).flat_map(|i| [-1024.0, -2.0, 2.0, 1024.0].map(|far| (i as f32 / 16.0, far)))
+            {
+                let t = texture(wrap, true);
+                assert_eq!(red(&t, u, 0.3), red(&t, u + far * period, 0.3), "{wrap:?} {u} {far}");
+            }
+        }
+        let edge = |wrap| red(&texture(wrap, true), 1.0, 0.75);
+        assert_eq!([Wrap::Repeat, Wrap::Mirror, Wrap::Clamp, Wrap::Black].map(edge), [0.5, 1.0, 1.0, 0.5]);
     }
 
     #[test]

@@ -1,5 +1,8 @@
 use super::*;
-use crate::description::Value;
+use crate::Severity;
+use crate::description::{Node, Role, Value};
+use crate::diagnostic::Diagnostic;
+use crate::span::Span;
 use penombre_image::WriteOptions;
 use std::fs;
 
@@ -189,4 +192,197 @@ fn an_image_is_decoded_once_for_each_meaning_of_its_numbers() {
     assert_eq!(image("b").rgb(0, 0), decoded);
     assert_eq!(image("plain").rgb(0, 0), decoded);
     assert!(Arc::ptr_eq(&image("plain"), &image("c")));
+}
+
+/// A square of two triangles as binary STL.
+fn stl() -> Vec<u8> {
+    let mut bytes = vec![0; 80];
+    bytes.extend(2u32.to_le_bytes());
+    for corners in [[0.0, 0.0, 1.0, 0.0, 1.0, 1.0], [0.0, 0.0, 1.0, 1.0, 0.0, 1.0f32]] {
+        bytes.extend([0; 12]);
+        for corner in corners.chunks_exact(2) {
+            [corner[0], corner[1], 0.0].iter().for_each(|v| bytes.extend(v.to_le_bytes()));
+        }
+        bytes.extend([0; 2]);
+    }
+    bytes
+}
+
+#[test]
+fn messages_come_in_the_order_of_the_nodes() {
+    let broken =
+        |i: usize| format!("mtllib {i}.mtl\n{TRIANGLE}f 1 2 {}\n", if i.is_multiple_of(3) { 9 } else { 3 });
+    let library = "newmtl a\nKd x\nbogus 1\n";
+    let text = |run: &Run| {
+        let place = |d: &Diagnostic| {
+            run.sources.locate(d.span).map(|l| format!("{}:{}:{}", l.name, l.line, l.column))
+        };
+        run.out.iter().map(|d| format!("{} {:?} {}", d.code, place(d), d.message)).collect::<Vec<_>>()
+    };
+    let run = || {
+        let mut run = Run::new(&[], Vec::new());
+        for i in 0..24 {
+            let long =
+                format!("{}{}", broken(i), "# more\n".repeat(if i.is_multiple_of(5) { 200_000 } else { 1 }));
+            fs::write(run.folder.path().join(format!("{i}.obj")), long).expect("written");
+            fs::write(run.folder.path().join(format!("{i}.mtl")), library).expect("written");
+            run.scene.add(mesh(&format!("m{i}"), &format!("{i}.obj")));
+            run.scene.add(mesh(&format!("missing{i}"), &format!("none{i}.obj")));
+        }
+        run.load();
+        run
+    };
+    let first = text(&run());
+    // Those of a file and its library are together, and files come in the order of the nodes.
+    let number = |line: &String| {
+        let name = line.split(&['"', '`'][..]).nth(1).expect("a name").trim_start_matches("none");
+        name.split('.').next().and_then(|n| n.parse::<u32>().ok()).expect("a number")
+    };
+    assert!(first.len() == 64 && first.iter().map(number).is_sorted(), "{first:#?}");
+    for _ in 0..3 {
+        assert_eq!(text(&run()), first);
+    }
+}
+
+#[test]
+fn files_of_the_same_bytes_are_decoded_once() {
+    let mut run = Run::new(&[], Vec::new());
+    let (stl, obj) = (stl(), format!("{TRIANGLE}f 1 2 3\n"));
+    fs::create_dir(run.folder.path().join("sub")).expect("made");
+    let mut other = stl.clone();
+    other[90] = 1;
+    let files: [(&str, &[u8]); 7] = [
+        ("a.stl", &stl),
+        ("b.stl", &stl),
+        ("c.stl", &other),
+        ("a.obj", obj.as_bytes()),
+        ("b.obj", obj.as_bytes()),
+        ("sub/c.obj", obj.as_bytes()),
+        ("u.ppm", b"P3\n2 1\n255\n255 0 0 0 0 255\n"),
+    ];
+    for (name, bytes) in files {
+        fs::write(run.folder.path().join(name), bytes).expect("written");
+    }
+    for name in ["a.stl", "b.stl", "c.stl", "a.obj", "b.obj", "sub/c.obj"] {
+        run.scene.add(mesh(name, name));
+    }
+    for name in ["t.ppm", "u.ppm"] {
+        run.scene.add(Node::new(Role::Texture, "image", name).with("file", name));
+    }
+    run.load();
+    assert!(run.out.is_empty(), "{:?}", run.out);
+    let read = |name: &str| run.assets.mesh(run.shape(name)).expect("read").clone();
+    let same = |a: &str, b: &str| Arc::ptr_eq(&read(a).mesh, &read(b).mesh);
+    assert!(same("a.stl", "b.stl") && same("a.obj", "b.obj"));
+    assert!(!same("a.stl", "c.stl") && !same("a.obj", "sub/c.obj"));
+    // Each has a material of its own, as if it were the only one.
+    let slot = |name: &str| run.scene.node(run.assets.slot_materials(run.shape(name))[0]).name.clone();
+    assert_eq!([slot("a.stl"), slot("b.stl")], ["a.stl/default", "b.stl/default"]);
+    let image =
+        |name: &str| run.assets.image(run.scene.find(Role::Texture, name).expect("there")).expect("read");
+    assert!(Arc::ptr_eq(image("t.ppm"), image("u.ppm")));
+    let hashes: BTreeMap<NodeId, [u8; 32]> = run.assets.content_hashes().collect();
+    assert_eq!(hashes[&run.shape("b.stl")], *blake3::hash(&stl).as_bytes());
+    let memory = run.assets.memory();
+    assert_eq!((memory.images, memory.triangles), (24, 2 + 2 + 2 + 3));
+    assert_eq!(memory.meshes, 2 * (4 * 12 + 2 * 12) + 2 * (3 * 12 + 12));
+}
+
+#[test]
+fn copies_with_faults_are_told_under_their_own_names() {
+    let text = format!("{TRIANGLE}f 1 2 3\nf 1 1\n");
+    let nodes = || vec![mesh("one", "a.obj"), mesh("two", "b.obj")];
+    let run = Run::new(&[("a.obj", &text), ("b.obj", &text)], nodes());
+    let names: Vec<&str> =
+        run.out.iter().filter_map(|d| run.sources.locate(d.span)).map(|place| place.name).collect();
+    assert_eq!(names, ["a.obj", "b.obj"]);
+    let text = format!("mtllib m.mtl\n{TRIANGLE}usemtl a\nf 1 2 3\n");
+    let run = Run::new(&[("a.obj", &text), ("b.obj", &text), ("m.mtl", "newmtl a\nKd 1 0 0\n")], nodes());
+    assert!(run.out.is_empty());
+    assert!(["one/a", "two/a"].iter().all(|name| run.scene.find(Role::Material, name).is_some()));
+    let textures = ["a.png", "b.png"].map(|n| Node::new(Role::Texture, "image", n).with("file", n));
+    let run = Run::new(&[("a.png", "no image"), ("b.png", "no image")], textures.to_vec());
+    let messages: Vec<&str> = run.out.iter().map(|d| d.message.as_str()).collect();
+    assert!(messages[0].contains("a.png") && messages[1].contains("b.png"), "{messages:?}");
+}
+
+/// Keeps what it hears; refuses from the given question on.
+#[derive(Default)]
+struct Listener {
+    heard: std::sync::Mutex<Vec<String>>,
+    asked: std::sync::Mutex<Vec<AssetMemory>>,
+    refuses_from: Option<usize>,
+}
+
+impl LoadObserver for Listener {
+    fn approve(&self, scene: &SceneDescription, memory: &dyn Fn() -> AssetMemory) -> Option<Diagnostic> {
+        assert!(!scene.is_empty());
+        let mut asked = self.asked.lock().expect("whole");
+        asked.push(memory());
+        let refused = self.refuses_from.is_some_and(|from| asked.len() > from);
+        refused.then(|| Diagnostic::new(Severity::Error, "memory::limit", Span::NONE, "too much"))
+    }
+
+    fn on(&self, event: LoadEvent<'_>) {
+        let line = match event {
+            LoadEvent::Found { files, bytes } => format!("found {files} {bytes}"),
+            LoadEvent::Read(file) => format!("{} {} {:?}", file.name, file.bytes, file.content),
+        };
+        self.heard.lock().expect("whole").push(line);
+    }
+}
+
+fn observed(run: &mut Run, listener: &Listener) {
+    let folders = Folders { root: run.folder.path().to_owned(), asset_roots: Vec::new() };
+    let (scene, sources, out) = (&mut run.scene, &mut run.sources, &mut run.out);
+    run.assets = Assets::load_observed(scene, &folders, sources, out, listener);
+}
+
+const TEXTURED: [(&str, &str); 3] = [
+    ("m.obj", "mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl a\nf 1 2 3\n"),
+    ("m.mtl", "newmtl a\nmap_Kd t.ppm\n"),
+    ("copy.ppm", "P3\n2 1\n255\n255 0 0 0 0 9\n"),
+];
+
+#[test]
+fn an_observer_hears_of_every_file() {
+    let mut run = Run::new(&TEXTURED, Vec::new());
+    let image = |name: &str, file: &str| Node::new(Role::Texture, "image", name).with("file", file);
+    for node in [mesh("m", "m.obj"), image("a", "copy.ppm"), image("b", "m.mtl")] {
+        run.scene.add(node);
+    }
+    let listener = Listener::default();
+    observed(&mut run, &listener);
+    let mut heard = listener.heard.into_inner().expect("whole");
+    heard.sort();
+    let expected = [
+        "copy.ppm 25 Image { size: [2, 1] }",
+        "found 1 27",
+        "found 3 101",
+        "m.mtl 22 Fault",
+        "m.obj 54 Mesh { triangles: 1 }",
+        "t.ppm 27 Image { size: [2, 1] }",
+    ];
+    assert_eq!(heard, expected);
+    let asked = listener.asked.into_inner().expect("whole");
+    let memory = run.assets.memory();
+    assert_eq!(asked.len(), 2);
+    assert_eq!([asked[0].images, asked[1].images, memory.images], [24, 48, 48]);
+    assert!(asked.iter().all(|m| m.triangles == 1 && m.decoding > 0), "{asked:?}");
+    assert_eq!((asked[1].meshes, asked[1].shapes), (memory.meshes, memory.shapes));
+}
+
+#[test]
+fn an_observer_may_forbid_to_decode() {
+    for refuses_from in [0, 1] {
+        let mut run = Run::new(&TEXTURED, Vec::new());
+        run.scene.add(mesh("m", "m.obj"));
+        run.scene.add(mesh("n", "none.obj"));
+        let listener = Listener { refuses_from: Some(refuses_from), ..Listener::default() };
+        observed(&mut run, &listener);
+        assert_eq!(run.codes(), ["asset::missing", "memory::limit"]);
+        assert!(run.assets.mesh(run.shape("m")).is_none());
+        let heard = listener.heard.into_inner().expect("whole");
+        assert_eq!(heard.len(), 2 * refuses_from, "{heard:?}");
+    }
 }

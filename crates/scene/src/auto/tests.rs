@@ -47,7 +47,7 @@ fn bare(text: &str) -> (SceneDescription, Diagnostics) {
     let (mut sources, mut out) = (Sources::default(), Diagnostics::default());
     let mut scene = bare_mesh("m.off");
     let assets = Assets::load(&mut scene, &folders, &mut sources, &mut out);
-    complete(&mut scene, &assets);
+    complete(&mut scene, &assets).expect("near");
     (scene, out)
 }
 
@@ -155,12 +155,32 @@ fn flat_and_degenerate_meshes_are_in_view() {
 }
 
 #[test]
-fn an_empty_mesh_gives_a_camera_and_a_warning() {
-    let (scene, out) = bare("OFF\n0 0 0\n");
-    assert!(!out.has_errors() && out.iter().any(|d| d.code == "mesh::empty"));
-    assert_eq!(scene.of_role(Role::Light).count(), 0);
-    assert!(scene.find(Role::Shape, "ground").is_none());
-    assert_eq!(scene.of_role(Role::Camera).count(), 1);
+fn an_empty_mesh_gives_the_background_of_others_and_a_warning() {
+    let cube: Vec<DVec3> = CUBE.corners().iter().map(|c| c.as_dvec3()).collect();
+    let (other, _) = bare(&off(&cube, &["4 0 1 2 3", "4 4 5 6 7"]));
+    for text in ["OFF\n0 0 0\n", "OFF\n1 0 0\n7 7 7\n"] {
+        let (scene, out) = bare(text);
+        assert!(!out.has_errors() && out.iter().any(|d| d.code == "mesh::empty"));
+        assert_eq!(scene, other);
+    }
+}
+
+#[test]
+fn a_mesh_beyond_single_precision_is_told_by_its_box() {
+    let huge = Bounds3 { min: Vec3::new(-3e38, 0.0, 0.0), max: Vec3::new(3e38, 1.0, 1.0) };
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let corners = [[-3e38, 0.0, 0.0], [3e38, 0.0, 1.0], [0.0, 1.0, 0.0]];
+    let text = off(&corners.map(DVec3::from_array), &["3 0 1 2"]);
+    std::fs::write(folder.path().join("m.off"), text).expect("written");
+    let folders = Folders { root: folder.path().to_owned(), asset_roots: Vec::new() };
+    let (mut sources, mut out) = (Sources::default(), Diagnostics::default());
+    let mut scene = bare_mesh("m.off");
+    let assets = Assets::load(&mut scene, &folders, &mut sources, &mut out);
+    let before = scene.clone();
+    assert_eq!(complete(&mut scene, &assets), Err(huge));
+    assert_eq!(scene, before);
+    assert!(!is_in_range(&camera_for(&huge, 1.0)));
+    assert!(is_in_range(&camera_for(&CUBE, 1.0)));
 }
 
 #[test]

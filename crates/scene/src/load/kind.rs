@@ -1,6 +1,7 @@
 //! What a file is, by its name's ending and its first bytes.
 
 use crate::readers::MeshFormat;
+use penombre_image::Format;
 use std::path::Path;
 
 /// What the loader can do with a file.
@@ -32,7 +33,7 @@ pub const KNOWN: &str =
     "scenes are read from .toml and .json, meshes from .obj, .off, .ply and .stl (.gz may follow)";
 
 /// First bytes that tell what a file is.
-const MAGIC: [(&[u8], &str); 16] = [
+const MAGIC: [(&[u8], &str); 15] = [
     (b"\x1f\x8b", "data compressed with gzip"),
     (b"x\x9c", "data compressed with zlib"),
     (b"x\xda", "data compressed with zlib"),
@@ -40,10 +41,9 @@ const MAGIC: [(&[u8], &str); 16] = [
     (b"\xfd7zXZ\0", "data compressed with xz"),
     (b"\x28\xb5\x2f\xfd", "data compressed with zstd"),
     (b"BZh", "data compressed with bzip2"),
-    (b"\x89PNG", "a PNG image"),
-    (b"\xff\xd8\xff", "a JPEG image"),
-    (b"\x76\x2f\x31\x01", "an OpenEXR image"),
-    (b"#?RADIANCE", "a Radiance HDR image"),
+    (b"II*\0", "a TIFF image"),
+    (b"MM\0*", "a TIFF image"),
+    (b"8BPS", "a Photoshop image"),
     (b"%PDF", "a PDF document"),
     (b"BLENDER", "a Blender file"),
     (b"\x7fELF", "a program"),
@@ -64,6 +64,21 @@ const NOT_YET: [(&str, &str); 9] = [
     ("fbx", "an FBX scene"),
 ];
 
+/// What to do with an image.
+const IMAGE_HELP: &str = "name it by `file` of a texture or of an environment light in a scene; `penombre convert` writes images in other formats";
+
+/// The format of an image, if it is one. First bytes that a text may have count only if they go on as in an image.
+fn image_format(path: &Path, bytes: &[u8]) -> Option<Format> {
+    let format = Format::of_file(bytes, path)?;
+    let is_sure = match format {
+        Format::Hdr => bytes.starts_with(b"#?RADIANCE") || bytes.starts_with(b"#?RGBE"),
+        Format::Ppm | Format::Pgm => bytes.get(2).is_some_and(|b| b.is_ascii_whitespace() || *b == b'#'),
+        Format::Bmp => bytes[..bytes.len().min(64)].contains(&0),
+        _ => true,
+    };
+    is_sure.then_some(format)
+}
+
 fn unreadable(message: String, help: &str) -> Unreadable {
     Unreadable { message, help: help.to_owned() }
 }
@@ -75,11 +90,21 @@ pub fn of_file(path: &Path, bytes: &[u8]) -> Result<FileKind, Unreadable> {
     if is_mesh && ending == "gz" {
         return Ok(FileKind { content: Content::Mesh, guessed: false });
     }
+    if let Some(format) = image_format(path, bytes) {
+        let article = if format == Format::Exr { "an" } else { "a" };
+        return Err(unreadable(
+            format!("found {article} {format} image, expected a scene or mesh"),
+            IMAGE_HELP,
+        ));
+    }
     if let Some((_, what)) = MAGIC.iter().find(|(magic, _)| bytes.starts_with(magic)) {
         let help = match *what {
             "data compressed with gzip" if is_mesh => "unpack it, or give it a name that ends in .gz",
             what if what.contains("compressed") || what.contains("archive") => "unpack it first",
             "text in UTF-16" => "save it as UTF-8",
+            what if what.contains("image") => {
+                "images are read as textures, if they are PNG, JPEG, OpenEXR, Radiance, TGA, BMP, WebP, GIF, PFM or PPM"
+            }
             _ => KNOWN,
         };
         return Err(unreadable(format!("found {what}, expected a scene or mesh"), help));

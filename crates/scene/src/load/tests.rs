@@ -312,3 +312,57 @@ fn digests_follow_what_is_said_and_not_where() {
         values.iter().map(|v| digest(&[("s.toml", &format!("penombre = 1\n[render]\n{v}\n"))])).collect();
     assert_eq!(digests.len(), values.len());
 }
+
+#[test]
+fn images_are_told_from_scenes_by_their_kind() {
+    let tga: &[u8] = b"\0\0\x02\0\0\0\0\0\0\0\0\0\x02\0\x01\0\x18\x20abcdef";
+    let images: [(&[u8], &str); 13] = [
+        (b"\x89PNG\r\n\x1a\n", "a PNG"),
+        (b"\xff\xd8\xff\xe0", "a JPEG"),
+        (b"\x76\x2f\x31\x01\x02", "an OpenEXR"),
+        (b"#?RADIANCE\n", "a Radiance"),
+        (b"P6\n2 1\n255\n", "a PPM"),
+        (b"P3 2 1 255", "a PPM"),
+        (b"P5\n2 1\n255\n", "a PGM"),
+        (b"PF\n2 1\n-1.0\n", "a PFM"),
+        (tga, "a TGA"),
+        (b"BM\x36\0\0\0\0\0\0\0", "a BMP"),
+        (b"RIFF\x10\0\0\0WEBPVP8 ", "a WebP"),
+        (b"GIF89a\x01\0", "a GIF"),
+        (b"II*\0\x08\0\0\0", "a TIFF"),
+    ];
+    for (bytes, what) in images {
+        for name in ["a.toml", "a", "a.img"] {
+            let dir = tempfile::tempdir().unwrap();
+            fs::write(dir.path().join(name), bytes).unwrap();
+            let loaded = load_in(&dir, name, &[]);
+            let fault = loaded.diagnostics.iter().next().unwrap();
+            assert_eq!((loaded.readable, fault.code), (false, "load::kind"), "{name} {what}");
+            assert!(
+                fault.message.contains(&format!("is {what} image, expected a scene")),
+                "{}",
+                fault.message
+            );
+            assert!(fault.help.contains("texture"), "{}", fault.help);
+        }
+    }
+    // Texts that begin alike.
+    for text in ["#? a remark\n", "BM.x = 1\n", "P3.x = 1\n"] {
+        let dir = folder(&[("a.toml", &format!("{text}penombre = 1\n"))]);
+        let told = faults(&load_in(&dir, "a.toml", &[]), &dir);
+        assert!(!told.contains("image"), "{text}: {told}");
+    }
+}
+
+#[test]
+fn a_mesh_that_is_too_large_for_a_camera_is_named_with_its_box() {
+    let text = "v -3e38 0 0\nv 3e38 0 1\nv 0 1 0\nf 1 2 3\n";
+    let dir = folder(&[("m.obj", text)]);
+    let loaded = load_in(&dir, "m.obj", &[]);
+    let only: Vec<_> = loaded.diagnostics.iter().map(|d| (d.code, d.message.as_str())).collect();
+    let [("mesh::too-far", message)] = only[..] else { panic!("{only:?}") };
+    assert!(
+        message.contains("m.obj` reaches from (-3e38, 0e0, 0e0) to (3e38, 1e0, 1e0): too far"),
+        "{message}"
+    );
+}

@@ -61,12 +61,17 @@ pub fn without_gz(path: &Path) -> &Path {
     }
 }
 
+/// Most bytes that may come out of a packed file of that length.
+pub(super) fn limit(packed: u64) -> u64 {
+    ALWAYS.max(MOST_RATIO.saturating_mul(packed))
+}
+
 /// Unpacks all members of a gzip file. No more than 16 MiB, or 32 times the packed bytes, come out.
 ///
 /// # Errors
 /// If the data are cut or damaged, or would unpack to more.
 pub fn unpack(packed: &[u8]) -> Result<Vec<u8>, GzipFault> {
-    let limit = ALWAYS.max(MOST_RATIO.saturating_mul(packed.len() as u64));
+    let limit = limit(packed.len() as u64);
     let mut decoder = MultiGzDecoder::new(Cursor::new(packed));
     let mut bytes = Vec::with_capacity(packed.len());
     let result = decoder.by_ref().take(limit + 1).read_to_end(&mut bytes);

@@ -18,6 +18,7 @@ mod polygon;
 mod smoothing;
 mod soup;
 mod stl;
+mod weigh;
 
 use crate::assets::{PathFault, resolve};
 use crate::description::{Node, Value};
@@ -27,12 +28,14 @@ use crate::span::Sources;
 use faults::Faults;
 pub use gzip::{GzipFault, is_packed, unpack, without_gz};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+pub use weigh::{MeshWeight, weigh};
 
 /// A mesh file: its triangles and what they are made of.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct MeshFile {
-    /// The triangles.
-    pub mesh: TriangleMesh,
+    /// The triangles; files of the same bytes share them.
+    pub mesh: Arc<TriangleMesh>,
     /// The material nodes by slot; never empty. Behind them those that `mix` materials are made of. Their names begin
     /// with [`MeshSource::prefix`].
     pub materials: Vec<Node>,
@@ -195,12 +198,24 @@ pub fn read_obj(bytes: &[u8], source: &mut MeshSource<'_>) -> Option<MeshFile> {
     if materials.is_empty() {
         materials.push(materials::plain(source.prefix));
     }
-    Some(MeshFile { mesh: file.mesh, materials, textures })
+    Some(MeshFile { mesh: Arc::new(file.mesh), materials, textures })
 }
 
 /// A mesh with the material of files that name none.
 fn plain(mesh: TriangleMesh, prefix: &str) -> MeshFile {
-    MeshFile { mesh, materials: vec![materials::plain(prefix)], textures: Vec::new() }
+    MeshFile { mesh: Arc::new(mesh), materials: vec![materials::plain(prefix)], textures: Vec::new() }
+}
+
+impl MeshFile {
+    /// The same triangles for another shape; `None` if the file brings materials of its own.
+    pub(crate) fn shared(&self, own: &str, other: &str) -> Option<Self> {
+        let is_plain = self.textures.is_empty() && self.materials == [materials::plain(own)];
+        is_plain.then(|| Self {
+            mesh: self.mesh.clone(),
+            materials: vec![materials::plain(other)],
+            textures: Vec::new(),
+        })
+    }
 }
 
 fn tell_empty(mesh: &TriangleMesh, help: &str, faults: &mut Faults<'_>) {

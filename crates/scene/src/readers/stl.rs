@@ -8,6 +8,7 @@
 mod text;
 mod weld;
 
+use super::MeshWeight;
 use super::faults::{Faults, Tally};
 use super::lexer::Token;
 use crate::mesh::TriangleMesh;
@@ -43,6 +44,23 @@ fn announced(bytes: &[u8]) -> Option<f64> {
 /// The number of triangles that a binary file has room for.
 fn records(bytes: &[u8]) -> f64 {
     (bytes.len() - HEADER) as f64 / RECORD as f64
+}
+
+/// The mesh of a binary file of that length, which begins with `head`; `None` for text.
+pub(super) fn weigh(head: &[u8], length: u64) -> Option<MeshWeight> {
+    let room = length.saturating_sub(HEADER as u64) / RECORD as u64;
+    let announced = announced(head)?;
+    if announced != room as f64 && text::is_text(head) {
+        return None;
+    }
+    // When equal positions are joined, a closed surface has half as many as triangles; twice that is allowed for.
+    let triangles = if announced > room as f64 { 0 } else { announced as u64 };
+    Some(MeshWeight {
+        positions: triangles,
+        triangles,
+        bytes: triangles.saturating_mul(24),
+        ..MeshWeight::default()
+    })
 }
 
 fn binary<'a>(bytes: &'a [u8], faults: &mut Faults<'a>) -> Option<TriangleMesh> {

@@ -39,7 +39,7 @@ const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\n";
 #[test]
 fn corners_in_all_forms() {
     let attributes = "vt 0.1 0.2\nvt 0.3\nvn 0 0 2\n";
-    let mesh = |face: &str| obj(&format!("{QUAD}{attributes}{face}\n")).file().mesh.clone();
+    let mesh = |face: &str| (*obj(&format!("{QUAD}{attributes}{face}\n")).file().mesh).clone();
     let plain = mesh("f 1 2 3 4");
     assert_eq!(plain.indices, [[0, 1, 2], [0, 2, 3]]);
     assert!(plain.uvs.is_empty() && plain.normals.is_empty());

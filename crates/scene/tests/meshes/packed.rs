@@ -26,7 +26,7 @@ fn loaded(folder: &Path, name: &str, bytes: &[u8]) -> Loaded {
 
 fn mesh(loaded: &Loaded) -> TriangleMesh {
     let (id, _) = loaded.description.of_role(Role::Shape).next().unwrap();
-    loaded.assets.mesh(id).unwrap().mesh.clone()
+    (*loaded.assets.mesh(id).unwrap().mesh).clone()
 }
 
 fn messages(loaded: &Loaded) -> Vec<String> {

@@ -89,7 +89,7 @@ impl Shape for Mesh {
         let inline;
         let source = match (p.is_given("file"), p.is_given("positions") || p.is_given("faces")) {
             // A file that could not be read was reported when the assets were loaded.
-            (true, false) => &context.assets.mesh(context.node)?.clone().mesh,
+            (true, false) => &*context.assets.mesh(context.node)?.mesh.clone(),
             (false, true) => {
                 inline = inline::read(p, context)?;
                 &inline

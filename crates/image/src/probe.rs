@@ -1,0 +1,156 @@
+//! The size of an image from the beginning of its file, without decoding it: for estimates of memory.
+
+use crate::codec;
+use crate::format::Format;
+use crate::io::MAX_PIXELS;
+use std::path::Path;
+
+/// Bytes of a file that [`probe`] wants to see: the size of a picture stands before its pixels, but behind what
+/// cameras write into JPEG files.
+pub const PROBE_BYTES: u64 = 1 << 18;
+
+/// Pixels that a byte of a JPEG file holds, where no size is found: more than in any photograph worth looking at.
+const JPEG_PIXELS_PER_BYTE: u64 = 16;
+
+/// What a file says of its size.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ImageSize {
+    /// Width in pixels.
+    pub width: u64,
+    /// Height in pixels.
+    pub height: u64,
+    /// Samples per pixel, at least as many as the decoded image has.
+    pub channels: u32,
+}
+
+impl ImageSize {
+    /// Memory that the image takes, bytes.
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        self.pixels().saturating_mul(4 * u64::from(self.channels))
+    }
+
+    fn pixels(&self) -> u64 {
+        self.width.saturating_mul(self.height)
+    }
+}
+
+/// The size of the image in a file of `length` bytes that begins with `head`, its first [`PROBE_BYTES`]. `name`: as for
+/// [`decode`](crate::decode). `None` if [`decode`](crate::decode) will refuse the file before it takes memory for pixels:
+/// it is no image, or one that so many bytes cannot hold.
+#[must_use]
+pub fn probe(head: &[u8], length: u64, name: &Path) -> Option<ImageSize> {
+    let format = Format::of_file(head, name)?;
+    let found = match format {
+        Format::Png => png(head),
+        Format::Jpeg => Some(jpeg(head).unwrap_or_else(|| unknown_jpeg(length))),
+        Format::Ppm | Format::Pgm => text_size(head.get(2..)?, if format == Format::Ppm { 3 } else { 1 }),
+        Format::Pfm => text_size(head.get(2..)?, if head[1] == b'F' { 3 } else { 1 }),
+        Format::Exr => exr(head),
+        Format::Hdr => hdr(head),
+        Format::Tga => sized(word(head, 12)?, word(head, 14)?, 4),
+        Format::Bmp => bmp(head),
+        Format::Webp => webp(head),
+        Format::Gif => sized(word(head, 6)?, word(head, 8)?, 4),
+    };
+    found.filter(|size| size.pixels() <= MAX_PIXELS.min(codec::most_pixels(format, length)))
+}
+
+fn sized(width: u64, height: u64, channels: u32) -> Option<ImageSize> {
+    (width > 0 && height > 0).then_some(ImageSize { width, height, channels })
+}
+
+/// Two bytes, the lower one first.
+fn word(bytes: &[u8], at: usize) -> Option<u64> {
+    Some(u64::from(u16::from_le_bytes(*bytes.get(at..)?.first_chunk()?)))
+}
+
+/// Four bytes, the lowest first, with a sign.
+fn signed(bytes: &[u8], at: usize) -> Option<i64> {
+    Some(i64::from(i32::from_le_bytes(*bytes.get(at..)?.first_chunk()?)))
+}
+
+fn png(head: &[u8]) -> Option<ImageSize> {
+    let side = |at: usize| Some(u64::from(u32::from_be_bytes(*head.get(at..)?.first_chunk()?)));
+    // Kinds: 0 grey, 2 colour, 3 table, 4 grey and alpha, 6 colour and alpha; a separate chunk may add alpha.
+    let channels = match *head.get(25)? {
+        0 | 4 => 2,
+        _ => 4,
+    };
+    let has_alpha = matches!(head[25], 4 | 6) || head.windows(4).any(|w| w == b"tRNS");
+    sized(side(16)?, side(20)?, channels - u32::from(!has_alpha))
+}
+
+fn jpeg(head: &[u8]) -> Option<ImageSize> {
+    let is_frame = |mark| matches!(mark, 0xc0..=0xcf) && !matches!(mark, 0xc4 | 0xc8 | 0xcc);
+    let at = codec::jpeg::first_segment(head, is_frame)?;
+    let side = |at: usize| Some(u64::from(u16::from_be_bytes(*head.get(at..)?.first_chunk()?)));
+    let channels = if *head.get(at + 9)? == 1 { 1 } else { 3 };
+    sized(side(at + 7)?, side(at + 5)?, channels)
+}
+
+/// The frame lies behind what was looked at.
+fn unknown_jpeg(length: u64) -> ImageSize {
+    let pixels = length.saturating_mul(JPEG_PIXELS_PER_BYTE).min(MAX_PIXELS);
+    ImageSize { width: pixels, height: 1, channels: 3 }
+}
+
+/// Width and height as text, behind blanks and comments.
+fn text_size(mut bytes: &[u8], channels: u32) -> Option<ImageSize> {
+    let mut next = || loop {
+        bytes = bytes.trim_ascii_start();
+        if bytes.first() == Some(&b'#') {
+            bytes = &bytes[bytes.iter().position(|b| *b == b'\n' || *b == b'\r')?..];
+            continue;
+        }
+        let end = bytes.iter().position(|b| !b.is_ascii_digit())?;
+        let (number, rest) = bytes.split_at(end);
+        bytes = rest;
+        return std::str::from_utf8(number).ok()?.parse::<u64>().ok();
+    };
+    let (width, height) = (next()?, next()?);
+    sized(width, height, channels)
+}
+
+fn exr(head: &[u8]) -> Option<ImageSize> {
+    let behind = |mark: &[u8]| head.windows(mark.len()).position(|w| w == mark).map(|at| at + mark.len());
+    let window = behind(b"dataWindow\0box2i\0")? + 4;
+    let corner = |i: usize| signed(head, window + 4 * i);
+    let sides = [corner(2)? - corner(0)? + 1, corner(3)? - corner(1)? + 1].map(|n| u64::try_from(n).ok());
+    // A name, a zero and 16 bytes for each channel; of several layers one is decoded.
+    let mut list = head.get(behind(b"channels\0chlist\0")? + 4..)?;
+    let mut channels = 0;
+    while channels < 4 && *list.first()? != 0 {
+        list = list.get(list.iter().position(|b| *b == 0)? + 17..)?;
+        channels += 1;
+    }
+    sized(sides[0]?, sides[1]?, channels.max(1))
+}
+
+fn hdr(head: &[u8]) -> Option<ImageSize> {
+    let line = head.split(|b| *b == b'\n').skip_while(|line| !line.trim_ascii().is_empty()).nth(1)?;
+    let words: Vec<&str> = std::str::from_utf8(line).ok()?.split_whitespace().collect();
+    let [first, a, _, b] = words[..] else { return None };
+    let (width, height) = if first.ends_with('X') { (a, b) } else { (b, a) };
+    sized(width.parse().ok()?, height.parse().ok()?, 3)
+}
+
+fn bmp(head: &[u8]) -> Option<ImageSize> {
+    if signed(head, 14)? == 12 {
+        return sized(word(head, 18)?, word(head, 20)?, 4);
+    }
+    sized(signed(head, 18)?.unsigned_abs(), signed(head, 22)?.unsigned_abs(), 4)
+}
+
+/// Lossy pictures have two numbers of 14 bits behind a mark, others of 14 and 24 bits and one less than the size.
+fn webp(head: &[u8]) -> Option<ImageSize> {
+    let packed = |at: usize| Some(word(head, at)? | word(head, at + 2)? << 16);
+    match head.get(12..16)? {
+        b"VP8 " => sized(word(head, 26)? & 0x3fff, word(head, 28)? & 0x3fff, 3),
+        b"VP8L" => {
+            let bits = packed(21)?;
+            sized((bits & 0x3fff) + 1, ((bits >> 14) & 0x3fff) + 1, 4)
+        }
+        _ => sized((packed(24)? & 0xff_ffff) + 1, (packed(27)? & 0xff_ffff) + 1, 4),
+    }
+}
