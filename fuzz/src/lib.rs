@@ -26,8 +26,9 @@ static MEMORY: PeakAlloc = PeakAlloc;
 
 /// Most memory that a file may take beyond its own length, bytes: what the project promises.
 const MOST_MEMORY: usize = 256 << 20;
-/// Most processor time that a file may take. The promise is 2 s for a program without the fuzzer's instruments.
-const MOST_TIME: Duration = Duration::from_secs(2);
+/// Most processor time that a file may take. The promise is 2 s; the fuzzer's instruments make decoders up to 30 times
+/// slower (a JPEG file of 13 × 65476 pixels: 2.2 s and 0.06 s).
+const MOST_TIME: Duration = Duration::from_secs(8);
 
 /// Called once: panics that the image library contains are answers and not findings.
 pub fn begin() {

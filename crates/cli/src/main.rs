@@ -64,6 +64,7 @@ fn main() -> ExitCode {
         Err(error) => return planned::answer(&error),
     };
     report::set_panic_message();
+    penombre_sys::return_large_blocks();
     if let Err(unknown) = InstructionSet::from_environment() {
         report::error(
             &format!("{}: {unknown}", InstructionSet::VARIABLE),

@@ -45,6 +45,13 @@ pub fn lower_thread_priority() -> bool {
     imp::lower_thread_priority()
 }
 
+/// Lets the allocator give blocks of a megabyte or more back to the system as soon as they are freed, for as long as the
+/// process lives. Otherwise glibc learns to keep ever larger ones, in one heap for each thread, and the peak of memory is
+/// that of all phases of a program together. Does nothing with other allocators.
+pub fn return_large_blocks() {
+    imp::return_large_blocks();
+}
+
 /// Whether a process of this number runs on this machine. `None` where the system does not tell.
 pub(crate) fn process_is_alive(pid: u32) -> Option<bool> {
     imp::process_is_alive(pid)
@@ -124,6 +131,15 @@ mod imp {
         false
     }
 
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    pub fn return_large_blocks() {
+        // SAFETY: mallopt takes numbers only. That it may refuse does not matter.
+        let _ = unsafe { libc::mallopt(libc::M_MMAP_THRESHOLD, 1 << 20) };
+    }
+
+    #[cfg(not(all(target_os = "linux", target_env = "gnu")))]
+    pub fn return_large_blocks() {}
+
     pub fn process_is_alive(pid: u32) -> Option<bool> {
         let pid = libc::pid_t::try_from(pid).ok().filter(|p| *p > 0)?;
         // SAFETY: kill with signal 0 sends nothing, it only checks that the process exists.
@@ -163,6 +179,8 @@ mod imp {
     pub fn lower_thread_priority() -> bool {
         false
     }
+
+    pub fn return_large_blocks() {}
 
     pub fn process_is_alive(_pid: u32) -> Option<bool> {
         None

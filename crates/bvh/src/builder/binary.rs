@@ -45,6 +45,7 @@ impl Binary {
             end += subtree.used;
         }
         self.nodes.truncate(end);
+        self.nodes.shrink_to_fit();
     }
 }
 
@@ -98,7 +99,6 @@ pub(super) fn build(refs: &mut [PrimRef], spare: Vec<PrimRef>, rules: Rules<'_>,
     }
     let threads = if refs.len() > SMALL { threads } else { 1 };
     let extent = extent_of(refs, threads);
-    let mut nodes = vec![BLANK; 2 * refs.len() - 1];
     let root = Task { node: 0, first: 0, count: refs.len(), depth: 0, extent };
     let mut top = Top { nodes: vec![BLANK], small: Vec::new() };
     if root.count <= SMALL {
@@ -108,6 +108,8 @@ pub(super) fn build(refs: &mut [PrimRef], spare: Vec<PrimRef>, rules: Rules<'_>,
     }
     let Top { nodes: top, mut small } = top;
     small.sort_unstable_by_key(|(task, _)| task.first);
+    // Only now, when there is nothing to sort into any more.
+    let mut nodes = vec![BLANK; 2 * refs.len() - 1];
     nodes[..top.len()].copy_from_slice(&top);
     let subtrees = build_all(refs, &mut nodes, top.len(), &small, rules, threads);
     Binary { nodes, top: top.len(), subtrees }

@@ -50,9 +50,8 @@ const CHUNK: usize = 1 << 14;
 /// Something to be cut, ordered by the area that is saved.
 struct Cut {
     gain: f32,
-    /// Number of the reference that is replaced.
-    place: usize,
-    parts: [PrimRef; 2],
+    /// Number of the reference that is replaced. Its parts are found anew when it is its turn: few are cut of many.
+    place: u32,
     /// Longest side of the box of the whole triangle.
     side: f32,
 }
@@ -92,8 +91,10 @@ pub(super) fn split(refs: &mut Vec<PrimRef>, geometries: &[Geometry], most: usiz
     }
     let mut heap: BinaryHeap<Cut> = found.into_iter().flatten().collect();
     while refs.len() < most
-        && let Some(Cut { place, parts, side, .. }) = heap.pop()
+        && let Some(Cut { place, side, .. }) = heap.pop()
     {
+        let place = place as usize;
+        let Some((_, parts)) = scene.parted(&refs[place], side) else { continue };
         refs[place] = parts[0];
         refs.push(parts[1]);
         for (place, part) in [(place, parts[0]), (refs.len() - 1, parts[1])] {
@@ -156,6 +157,11 @@ impl<'a> Scene<'a> {
 
     /// The best cut of a triangle's box, if it pays.
     fn cut(&self, r: &PrimRef, place: usize, side: f32) -> Option<Cut> {
+        self.parted(r, side).map(|(gain, _)| Cut { gain, place: place as u32, side })
+    }
+
+    /// The area that the best cut saves, and the parts, if it pays.
+    fn parted(&self, r: &PrimRef, side: f32) -> Option<(f32, [PrimRef; 2])> {
         let key = r.key();
         let Geometry::Triangles(mesh) = &self.geometries[key.geometry as usize] else { return None };
         let triangle = corners(mesh, key.prim as usize);
@@ -163,7 +169,7 @@ impl<'a> Scene<'a> {
         let parts = parts(r, triangle, axis, at, side * WIDENING)?;
         let area = |r: &PrimRef| r.extent().area(self.scale);
         let (whole, apart) = (area(r), area(&parts[0]) + area(&parts[1]));
-        (apart < whole * KEPT).then_some(Cut { gain: whole - apart, place, parts, side })
+        (apart < whole * KEPT).then_some((whole - apart, parts))
     }
 
     /// Where to cut: across the longest side, at the plane nearest to the middle of those that halve the scene most
