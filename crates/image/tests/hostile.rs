@@ -273,6 +273,24 @@ fn gigantic_sizes_are_refused_before_memory_is_taken() {
     }
 }
 
+/// A block may claim as many bytes as a tile takes: found by fuzzing, a kilobyte took 1.7 GB.
+#[test]
+fn tiles_far_larger_than_the_picture_are_refused() {
+    let mut file = include_bytes!("data/tiled-rle.exr").to_vec();
+    let tiles = b"tiles\0tiledesc\0";
+    let at = file.windows(tiles.len()).position(|w| w == tiles).expect("tiles") + tiles.len() + 4;
+    assert!(decode(&file, Path::new("a.exr"), ColorSpace::Auto).is_ok());
+    file[at..at + 4].copy_from_slice(&0x2B00_0008u32.to_le_bytes());
+    let place = format!("byte {}", at - tiles.len() - 4);
+    for error in [
+        decode(&file, Path::new("a.exr"), ColorSpace::Auto).unwrap_err(),
+        decode_layers(&file, Path::new("a.exr")).unwrap_err(),
+    ] {
+        let text = error.to_string();
+        assert!(text.contains(&place) && text.contains("found tiles of 721420296 ×"), "{text}");
+    }
+}
+
 /// A header of channels whose names are searched for each other: the time would grow with the square of their number.
 #[test]
 fn very_many_channels_are_refused() {

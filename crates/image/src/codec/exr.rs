@@ -14,6 +14,7 @@ use ::exr::block::UncompressedBlock;
 use ::exr::block::lines::LineRef;
 use ::exr::block::reader::ChunksReader;
 use ::exr::image::{AnyChannel, AnyChannels, Encoding, FlatSamples, Layer};
+use ::exr::meta::BlockDescription;
 use ::exr::meta::attribute::{AttributeValue, SampleType, Text};
 use ::exr::meta::header::{Header, LayerAttributes, standard_names};
 use ::exr::prelude::{SmallVec, WritableImage, f16};
@@ -28,6 +29,8 @@ const MAX_CHANNELS: usize = 4096;
 
 /// A file of any length may unpack to this many bytes.
 const SMALL: u64 = 1 << 24;
+/// A tile may take this many bytes in any file.
+const LARGEST_TILE: u64 = 1 << 26;
 
 pub fn encode(image: &Image, options: &WriteOptions, w: &mut dyn Write) -> Result<()> {
     let channels = image.channels() as usize;
@@ -375,7 +378,23 @@ fn check_layer(source: &Source<'_>, header: &Header) -> Result<(u32, u32)> {
         let offset = source.at as u64;
         return Err(ImageErrorKind::TooLarge { format: Format::Exr, offset, width, height, bytes, limit });
     }
+    check_tiles(source, header, pixel_bytes, limit)?;
     Ok(size)
+}
+
+/// Refuses tiles that are far larger than the picture: a block of one may claim to take as much as a whole tile.
+fn check_tiles(source: &Source<'_>, header: &Header, pixel_bytes: u64, limit: u64) -> Result<()> {
+    let BlockDescription::Tiles(tiles) = &header.blocks else { return Ok(()) };
+    let (width, height) = (tiles.tile_size.0 as u64, tiles.tile_size.1 as u64);
+    if width.saturating_mul(height).saturating_mul(pixel_bytes) <= limit.max(LARGEST_TILE) {
+        return Ok(());
+    }
+    let place = source.bytes.windows(6).position(|w| w == b"tiles\0");
+    let source = Source { format: Format::Exr, bytes: source.bytes, at: place.unwrap_or(source.at) };
+    Err(source.fault(
+        format!("tiles of {width} × {height} pixels"),
+        format!("tiles of at most {} pixels", limit.max(LARGEST_TILE) / pixel_bytes.max(1)),
+    ))
 }
 
 /// The string attributes that are not the format's own, by name.
