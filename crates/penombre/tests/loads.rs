@@ -13,7 +13,7 @@ use std::path::Path;
 const FIRST: usize = 20;
 const LOADS: usize = 100;
 /// How often so many.
-const HUNDREDS: usize = 3;
+const HUNDREDS: usize = 6;
 
 /// Resident memory of this process, bytes.
 fn resident() -> u64 {
