@@ -13,8 +13,10 @@ use std::time::Duration;
 const MINUTES: f64 = 1.0;
 /// Longest input, bytes: headers and a few elements; what is longer finds little and takes long.
 const MAX_LENGTH: &str = "-max_len=4096";
-/// Longest input that is kept.
-const MAX_KEPT: &str = "-max_len=2048";
+/// Longest input that is kept, bytes.
+const MAX_KEPT: &str = "-max_len=1024";
+/// What counts when inputs are kept is whether code is reached, not how often.
+const REACH: &str = "-use_counters=0";
 /// Ticks of the processor time in `/proc/PID/stat` each second, on all Linux systems.
 const TICKS: f64 = 100.0;
 /// What libFuzzer ends with when it is interrupted.
@@ -169,7 +171,7 @@ fn keep(target: &str) -> Outcome {
     let [kept, found] = ["fuzz/corpus", "fuzz/target/corpus"].map(|f| root().join(f).join(target));
     let files = |folder: &Path| std::fs::read_dir(folder).map_or(0, Iterator::count);
     let before = files(&kept);
-    let words = ["-set_cover_merge=1", MAX_KEPT, &kept.to_string_lossy(), &found.to_string_lossy()]
+    let words = ["-set_cover_merge=1", REACH, MAX_KEPT, &kept.to_string_lossy(), &found.to_string_lossy()]
         .map(str::to_owned);
     let merge = Call::new(program(target), &words.each_ref().map(String::as_str));
     if !merge.succeeds() {
