@@ -33,6 +33,41 @@ pub(crate) fn has_type(role: Role) -> bool {
     !matches!(role, Role::Render | Role::Integrator | Role::Instance)
 }
 
+/// Longest line that the writers make before they break a list into one entry a line.
+pub(crate) const WIDTH: usize = 100;
+
+/// How a writer spells what is not the same in all formats.
+pub(crate) struct Spelling {
+    pub float: fn(f64) -> String,
+    pub text: fn(&str) -> String,
+    pub key: fn(&str) -> String,
+    /// What stands between a key and its value.
+    pub between: &'static str,
+    /// Around the entries of a table; empty tables are `{}`.
+    pub braces: [&'static str; 2],
+}
+
+impl Spelling {
+    /// A value on one line.
+    pub fn inline(&self, value: &Value) -> String {
+        match &value.kind {
+            ValueKind::Bool(b) => b.to_string(),
+            ValueKind::Int(i) => i.to_string(),
+            ValueKind::Float(v) => (self.float)(*v),
+            ValueKind::String(s) => (self.text)(s),
+            ValueKind::Array(list) => {
+                format!("[{}]", list.iter().map(|v| self.inline(v)).collect::<Vec<_>>().join(", "))
+            }
+            ValueKind::Table(entries) if entries.is_empty() => "{}".to_owned(),
+            ValueKind::Table(entries) => {
+                let entry = |p: &Param| (self.key)(&p.name) + self.between + &self.inline(&p.value);
+                let [open, close] = self.braces;
+                format!("{open}{}{close}", entries.iter().map(entry).collect::<Vec<_>>().join(", "))
+            }
+        }
+    }
+}
+
 /// How hints are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Syntax {

@@ -1,10 +1,9 @@
 //! From nodes to a JSON text.
 
-use crate::description::{Node, Param, Role, SceneDescription, Value, ValueKind};
-use crate::native::{FORMAT_VERSION, has_type};
+use crate::description::{Node, Role, SceneDescription, Value, ValueKind};
+use crate::native::{FORMAT_VERSION, Spelling, WIDTH, has_type};
 
-/// Longest line before an object or list is broken into one entry a line.
-const WIDTH: usize = 100;
+const JSON: Spelling = Spelling { float, text, key: text, between: ": ", braces: ["{", "}"] };
 
 /// Writes a scene as JSON: roles in a fixed order, the nodes of each in theirs.
 /// Numbers are written with as many digits as bring the same value back; the same scene gives the same text.
@@ -42,27 +41,13 @@ fn indent(depth: usize) -> String {
 
 /// A value on one line, or a list with one entry a line if that is too long.
 fn value(of: &Value, depth: usize) -> String {
-    let line = inline(of);
+    let line = JSON.inline(of);
     match &of.kind {
         ValueKind::Array(list) if line.len() > WIDTH => {
-            let lines: Vec<String> = list.iter().map(|v| indent(depth + 1) + &inline(v)).collect();
+            let lines: Vec<String> = list.iter().map(|v| indent(depth + 1) + &JSON.inline(v)).collect();
             format!("[\n{}\n{}]", lines.join(",\n"), indent(depth))
         }
         _ => line,
-    }
-}
-
-fn inline(value: &Value) -> String {
-    match &value.kind {
-        ValueKind::Bool(b) => b.to_string(),
-        ValueKind::Int(i) => i.to_string(),
-        ValueKind::Float(v) => float(*v),
-        ValueKind::String(s) => text(s),
-        ValueKind::Array(list) => format!("[{}]", list.iter().map(inline).collect::<Vec<_>>().join(", ")),
-        ValueKind::Table(entries) => {
-            let entry = |p: &Param| format!("{}: {}", text(&p.name), inline(&p.value));
-            format!("{{{}}}", entries.iter().map(entry).collect::<Vec<_>>().join(", "))
-        }
     }
 }
 

@@ -1,11 +1,10 @@
 //! From nodes to a TOML text.
 
-use crate::description::{Node, Param, Role, SceneDescription, Value, ValueKind};
-use crate::native::{FORMAT_VERSION, has_type};
+use crate::description::{Node, Role, SceneDescription, Value, ValueKind};
+use crate::native::{FORMAT_VERSION, Spelling, WIDTH, has_type};
 use std::fmt::Write;
 
-/// Longest line before a list is broken into one entry a line.
-const WIDTH: usize = 100;
+const TOML: Spelling = Spelling { float, text, key, between: " = ", braces: ["{ ", " }"] };
 
 /// Writes a scene as TOML, the nodes in their order.
 /// Numbers are written with as many digits as bring the same value back; the same scene gives the same text.
@@ -28,7 +27,7 @@ fn write_node(node: &Node, out: &mut String) {
     }
     for param in &node.params {
         let name = key(&param.name);
-        let line = inline(&param.value);
+        let line = TOML.inline(&param.value);
         if name.len() + 3 + line.len() <= WIDTH {
             push(out, format_args!("{name} = {line}\n"));
         } else {
@@ -47,26 +46,11 @@ fn broken(value: &Value, line: String) -> String {
         ValueKind::Array(list) => {
             let mut text = "[\n".to_owned();
             for entry in list {
-                push(&mut text, format_args!("    {},\n", inline(entry)));
+                push(&mut text, format_args!("    {},\n", TOML.inline(entry)));
             }
             text + "]"
         }
         _ => line,
-    }
-}
-
-fn inline(value: &Value) -> String {
-    match &value.kind {
-        ValueKind::Bool(b) => b.to_string(),
-        ValueKind::Int(i) => i.to_string(),
-        ValueKind::Float(v) => float(*v),
-        ValueKind::String(s) => text(s),
-        ValueKind::Array(list) => format!("[{}]", list.iter().map(inline).collect::<Vec<_>>().join(", ")),
-        ValueKind::Table(entries) if entries.is_empty() => "{}".to_owned(),
-        ValueKind::Table(entries) => {
-            let entry = |p: &Param| format!("{} = {}", key(&p.name), inline(&p.value));
-            format!("{{ {} }}", entries.iter().map(entry).collect::<Vec<_>>().join(", "))
-        }
     }
 }
 
