@@ -24,6 +24,7 @@ pub(super) fn read_file(path: &Path) -> io::Result<Vec<u8>> {
 /// Reads so many bytes from the beginning of a file. Fewer are no fault: another program may have cut it meanwhile.
 #[cfg(unix)]
 fn in_parts(file: &File, length: usize, threads: usize) -> io::Result<Vec<u8>> {
+    // Asked for first: where there is no room for so much, that is an error and not the end of the program.
     Vec::<u8>::new().try_reserve_exact(length)?;
     let mut bytes = vec![0; length];
     let size = length.div_ceil(threads);
