@@ -12,7 +12,8 @@ use crate::image::Image;
 use crate::io::{ColorSpace, Decoded, WriteOptions};
 use ::exr::block::UncompressedBlock;
 use ::exr::block::lines::LineRef;
-use ::exr::block::reader::ChunksReader;
+use ::exr::block::reader::{ChunksReader, Reader};
+use ::exr::error::UnitResult;
 use ::exr::image::{AnyChannel, AnyChannels, Encoding, FlatSamples, Layer};
 use ::exr::meta::BlockDescription;
 use ::exr::meta::attribute::{AttributeValue, SampleType, Text};
@@ -205,14 +206,24 @@ fn decode_from(
     let size = check_layer(&source, &header).map_err(Fault::Ours)?;
     let channels = choice.channels.len() as u32;
     let mut samples = zeroed::<f32>(size.0, size.1, channels).map_err(Fault::Ours)?;
-    let mut chunks = reader.filter_chunks(false, |_, tile, block| {
-        block.layer == choice.layer && tile.is_largest_resolution_level()
+    each_block(reader, choice.layer, |block| {
+        read_block(block, &header, &choice, size.0 as usize, &mut samples)
     })?;
-    while let Some(chunk) = chunks.read_next_chunk() {
-        let block = UncompressedBlock::decompress_chunk(chunk?, chunks.meta_data(), false)?;
-        read_block(&block, &header, &choice, size.0 as usize, &mut samples)?;
-    }
     Ok(finished(samples, size, &choice, &header, space))
+}
+
+/// Unpacks the blocks of one part, those of its full size.
+fn each_block(
+    reader: Reader<&mut Cursor<&[u8]>>,
+    part: usize,
+    mut put: impl FnMut(&UncompressedBlock) -> UnitResult,
+) -> UnitResult {
+    let mut chunks = reader
+        .filter_chunks(false, |_, tile, block| block.layer == part && tile.is_largest_resolution_level())?;
+    while let Some(chunk) = chunks.read_next_chunk() {
+        put(&UncompressedBlock::decompress_chunk(chunk?, chunks.meta_data(), false)?)?;
+    }
+    Ok(())
 }
 
 /// The image of samples as they stand in the file.
@@ -241,7 +252,7 @@ fn read_block(
     choice: &Choice,
     width: usize,
     samples: &mut [f32],
-) -> ::exr::error::UnitResult {
+) -> UnitResult {
     let channels = choice.channels.len();
     for line in block.lines(&header.channels) {
         let Some(place) = choice.channels.iter().position(|c| *c == line.location.channel) else {
@@ -261,7 +272,7 @@ fn read_line<'a>(
     line: LineRef<'_>,
     kind: SampleType,
     targets: impl Iterator<Item = &'a mut f32>,
-) -> ::exr::error::UnitResult {
+) -> UnitResult {
     match kind {
         SampleType::F16 => {
             for (target, value) in targets.zip(line.read_samples::<f16>()) {

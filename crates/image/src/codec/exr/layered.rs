@@ -1,16 +1,14 @@
 //! All channels of an OpenEXR file, by layers.
 
 use super::{
-    Fault, channel_names, check_channel_count, check_layer, choose, read_line, reported, subsampled, texts,
-    utf8, write_part,
+    Fault, channel_names, check_channel_count, check_layer, choose, each_block, read_line, reported,
+    subsampled, texts, utf8, write_part,
 };
 use crate::codec::{Result, Source, zeroed};
 use crate::format::Format;
 use crate::io::{ColorSpace, Decoded, WriteOptions};
 use crate::layers::{DecodedLayers, Layer, Layers, Samples, full_name};
-use ::exr::block::UncompressedBlock;
 use ::exr::block::lines::LineRef;
-use ::exr::block::reader::ChunksReader;
 use ::exr::error::{Error, UnitResult};
 use ::exr::image::{AnyChannel, FlatSamples};
 use ::exr::meta::attribute::SampleType;
@@ -52,15 +50,12 @@ fn decode_from(cursor: &mut Cursor<&[u8]>, bytes: &[u8]) -> std::result::Result<
     let header = headers[part].clone();
     let size = check_layer(&source, &header).map_err(Fault::Ours)?;
     let mut planes = planes(&header, size).map_err(Fault::Ours)?;
-    let mut chunks = reader
-        .filter_chunks(false, |_, tile, block| block.layer == part && tile.is_largest_resolution_level())?;
-    while let Some(chunk) = chunks.read_next_chunk() {
-        let block = UncompressedBlock::decompress_chunk(chunk?, chunks.meta_data(), false)?;
-        for line in block.lines(&header.channels) {
+    each_block(reader, part, |block| {
+        block.lines(&header.channels).try_for_each(|line| {
             let kind = header.channels.list[line.location.channel].sample_type;
-            read_into(line, kind, size.0 as usize, &mut planes)?;
-        }
-    }
+            read_into(line, kind, size.0 as usize, &mut planes)
+        })
+    })?;
     let layers = group(&header, size, planes).map_err(|found| {
         Fault::Ours(source.fault(found, "channels with names of their own, like albedo.R"))
     })?;
