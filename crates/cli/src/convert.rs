@@ -204,9 +204,8 @@ fn texts(decoded: &Decoded, job: &Job, verbosity: &Verbosity) -> Vec<(String, St
 
 fn warn_of_alpha(output: &Path, decoded: &Decoded) {
     let keeps = |f| matches!(f, Format::Png | Format::Exr | Format::Tga | Format::Bmp | Format::Webp);
-    let channels = decoded.image.channels() as usize;
-    let kept = Format::from_path(output).is_ok_and(keeps) || !channels.is_multiple_of(2);
-    if !kept && decoded.image.data().iter().skip(channels - 1).step_by(channels).any(|a| *a < 1.0) {
+    let is_cut_out = || decoded.image.pixels().any(|pixel| pixel.alpha().is_some_and(|a| a < 1.0));
+    if !Format::from_path(output).is_ok_and(keeps) && is_cut_out() {
         terminal::err(&format!("note: {} has no place for alpha, which was left out", output.display()));
     }
 }

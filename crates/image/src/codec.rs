@@ -12,10 +12,11 @@ pub mod tga;
 
 use crate::error::ImageErrorKind;
 use crate::format::Format;
-use crate::image::Image;
+use crate::image::{Codes, Image, Pixel, Storage, Tables};
 use crate::io::{ColorSpace, Decoded, MAX_PIXELS, WriteOptions};
-use crate::tone::{quantise, unit};
+use crate::tone::{Display, unit};
 use penombre_math::color::srgb_decode;
+use std::sync::Arc;
 
 pub type Result<T> = std::result::Result<T, ImageErrorKind>;
 
@@ -94,7 +95,7 @@ impl<'a> Source<'a> {
             return Err(self.fault(format!("a size of {width} × {height} pixels"), "at least one pixel"));
         }
         let bytes = self.bytes.len() as u64;
-        let limit = sensible_pixels(bytes).min(bytes.saturating_mul(pixels_per_byte));
+        let limit = sensible_pixels(self.format, bytes).min(bytes.saturating_mul(pixels_per_byte));
         let side = |n: u64| u32::try_from(n).ok();
         match (width.checked_mul(height), side(width), side(height)) {
             (Some(pixels), Some(w), Some(h)) if pixels <= limit => Ok((w, h)),
@@ -106,12 +107,14 @@ impl<'a> Source<'a> {
     }
 }
 
-/// Most pixels of a file of that many bytes. Small files that unpack to gigabytes are made to do harm: up to 4096² pixels
-/// are taken from any file, up to 8192² where one value takes a byte before it is packed as well as can be, which
-/// covers masks of one colour, and more only from files that say something of them.
-fn sensible_pixels(bytes: u64) -> u64 {
-    let empty = bytes.saturating_mul(1100).min(1 << 26);
-    bytes.saturating_mul(32).max(empty).clamp(1 << 24, MAX_PIXELS)
+/// Most pixels of a file of that many bytes. Small files that unpack to gigabytes are made to do harm. Pictures that keep
+/// the numbers of their files may have 8192² pixels, which covers masks of one colour. Those that become floats may
+/// have 4096², and 8192² where one value takes a byte before it is packed as well as can be. More is taken only from files
+/// that say something of it.
+fn sensible_pixels(format: Format, bytes: u64) -> u64 {
+    let becomes_floats = matches!(format, Format::Exr | Format::Hdr | Format::Pfm);
+    let empty = if becomes_floats { bytes.saturating_mul(1100).clamp(1 << 24, 1 << 26) } else { 1 << 26 };
+    bytes.saturating_mul(32).clamp(empty, MAX_PIXELS)
 }
 
 /// Most pixels that so many bytes of a format can hold: what [`Source::check_size`] lets pass, or more.
@@ -129,7 +132,7 @@ pub fn most_pixels(format: Format, bytes: u64) -> u64 {
         Format::Webp => packed::WEBP_PIXELS_PER_BYTE,
     };
     let always = if matches!(format, Format::Bmp | Format::Gif | Format::Webp) { packed::SMALL } else { 0 };
-    bytes.saturating_mul(per_byte).max(always).min(sensible_pixels(bytes))
+    bytes.saturating_mul(per_byte).max(always).min(sensible_pixels(format, bytes))
 }
 
 /// Room for the samples of an image that has passed [`Source::check_size`].
@@ -153,21 +156,40 @@ pub fn zeroed<T: Clone + Default>(width: u32, height: u32, channels: u32) -> Res
     }
 }
 
-/// Display values of an image in bytes, and how many for each pixel: red, green and blue, and alpha if there is any.
-pub fn eight_bit(image: &Image, options: &WriteOptions) -> (Vec<u8>, u8) {
-    let colors = quantise(image, options.tone, options.exposure);
-    let channels = image.channels() as usize;
-    if !channels.is_multiple_of(2) {
-        return (colors, 3);
+/// Display values of an image in bytes, row by row, and how many for each pixel: red, green and blue, and alpha if there
+/// is any.
+pub fn eight_bit_rows(image: &Image, options: &WriteOptions) -> (impl ExactSizeIterator<Item = Vec<u8>>, u8) {
+    let display = Display::new(options.tone, options.exposure);
+    let channels = if image.channels().is_multiple_of(2) { 4 } else { 3 };
+    (image.rows().map(move |row| row_bytes(row, &display, channels)), channels as u8)
+}
+
+fn row_bytes(row: impl ExactSizeIterator<Item = Pixel>, display: &Display, channels: usize) -> Vec<u8> {
+    let mut bytes = vec![0; row.len() * channels];
+    for (pixel, bytes) in row.zip(bytes.chunks_exact_mut(channels)) {
+        bytes[..3].copy_from_slice(&display.bytes(pixel.rgb()));
+        if let (Some(alpha), Some(last)) = (pixel.alpha(), bytes.get_mut(3)) {
+            *last = (255.0 * unit(alpha)).round() as u8;
+        }
     }
-    let alpha = image.data().iter().skip(channels - 1).step_by(channels);
-    let pixels = colors.as_chunks::<3>().0.iter().zip(alpha);
-    (pixels.flat_map(|(c, a)| [c[0], c[1], c[2], (255.0 * unit(*a)).round() as u8]).collect(), 4)
+    bytes
+}
+
+/// The same for the whole image.
+pub fn eight_bit(image: &Image, options: &WriteOptions) -> (Vec<u8>, u8) {
+    let (rows, channels) = eight_bit_rows(image, options);
+    (rows.collect::<Vec<_>>().concat(), channels)
 }
 
 /// The samples as an image; the caller has made them fit.
-pub fn finish(format: Format, size: (u32, u32), channels: u32, samples: Vec<f32>, was_srgb: bool) -> Decoded {
-    let image = Image::from_data(size.0, size.1, channels, samples)
+pub fn finish(
+    format: Format,
+    size: (u32, u32),
+    channels: u32,
+    samples: impl Into<Storage>,
+    was_srgb: bool,
+) -> Decoded {
+    let image = Image::from_storage(size.0, size.1, channels, samples.into())
         .expect("the decoder has made as many samples as the size says");
     Decoded { image, was_srgb, format, metadata: Vec::new() }
 }
@@ -218,26 +240,34 @@ impl Transfer {
     }
 }
 
-/// Integer samples, interleaved, as linear floats.
-pub fn linearise(
-    codes: impl Iterator<Item = u16>,
-    max: u16,
-    channels: u32,
-    transfer: Transfer,
-    samples: &mut Vec<f32>,
-) {
-    let color = transfer.table(max);
-    let alpha = if channels.is_multiple_of(2) { Transfer::Linear.table(max) } else { Vec::new() };
-    let mut channel = 0;
-    for code in codes {
-        channel += 1;
-        let is_alpha = channel == channels && channels.is_multiple_of(2);
-        let table = if is_alpha { &alpha } else { &color };
-        samples.push(table[usize::from(code)]);
-        if channel == channels {
-            channel = 0;
-        }
+/// The numbers of a file, 0 to `max`, as samples: of one byte, or of two with the high one first if `max` is above 255.
+pub fn coded(bytes: Vec<u8>, max: u16, transfer: Transfer) -> Codes {
+    if max > 255 {
+        Codes::Wide { bytes, tables: tables(max, transfer) }
+    } else {
+        Codes::Narrow { bytes, tables: tables(max, transfer) }
     }
+}
+
+fn tables<const N: usize>(max: u16, transfer: Transfer) -> Tables<N> {
+    // There are no numbers above `max`.
+    let table = |transfer: Transfer| {
+        let mut values = transfer.table(max);
+        values.resize(N, 0.0);
+        Arc::from(<Box<[f32; N]>>::try_from(values).expect("of that length"))
+    };
+    let alpha: Arc<[f32; N]> = table(Transfer::Linear);
+    Tables { color: if transfer == Transfer::Linear { alpha.clone() } else { table(transfer) }, alpha }
+}
+
+/// Keeps the first `kept` bytes of each pixel of `stored` bytes.
+pub fn keep_first(bytes: &mut Vec<u8>, stored: usize, kept: usize) {
+    let pixels = bytes.len() / stored;
+    for i in 0..pixels {
+        bytes.copy_within(i * stored..i * stored + kept, i * kept);
+    }
+    bytes.truncate(pixels * kept);
+    bytes.shrink_to_fit();
 }
 
 #[cfg(test)]
@@ -246,13 +276,16 @@ mod tests {
 
     #[test]
     fn small_files_do_not_become_gigabytes() {
-        let check = |side: u64, length: usize| {
+        let check = |format, side: u64, length: usize| {
             let bytes = vec![0; length];
-            Source::new(Format::Png, &bytes).check_size(side, side, png::PIXELS_PER_BYTE).is_ok()
+            Source::new(format, &bytes).check_size(side, side, png::PIXELS_PER_BYTE).is_ok()
         };
         // Pictures of one colour, as large as they are in practice: 1 bit, a byte and three bytes for a pixel.
-        assert!(check(4096, 2_200) && check(8192, 66_000) && check(8192, 211_851));
-        assert!(!check(8192, 8_500) && !check(16_000, 31_500) && !check(16_000, 775_221));
-        assert!(check(16_000, 8_000_000) && !check(16_400, 500_000_000));
+        let png = |side, length| check(Format::Png, side, length);
+        assert!(png(4096, 2_200) && png(8192, 8_500) && png(8192, 66_000) && png(8192, 211_851));
+        assert!(!png(16_000, 31_500) && !png(16_000, 775_221));
+        assert!(png(16_000, 8_000_000) && !png(16_400, 500_000_000));
+        let exr = |side, length| check(Format::Exr, side, length);
+        assert!(exr(4096, 2_200) && exr(8192, 66_000) && !exr(8192, 8_500) && !exr(16_000, 775_221));
     }
 }

@@ -19,8 +19,7 @@ const SCALE: [[u8; 3]; 7] = [
 /// light, made for [`ToneCurve::Srgb`](crate::ToneCurve::Srgb).
 #[must_use]
 pub fn heatmap(map: &Image, top: f32) -> Image {
-    let channels = map.channels() as usize;
-    let data = map.data().iter().step_by(channels).flat_map(|v| color(v / top)).collect();
+    let data = map.pixels().flat_map(|pixel| color(pixel[0] / top)).collect();
     Image::from_data(map.width(), map.height(), 3, data).expect("three samples for each pixel")
 }
 

@@ -123,7 +123,9 @@ impl Layer {
     /// The colour layer of a picture: Y, Y and A, R, G, B, or those and A.
     #[must_use]
     pub fn color(image: &Image) -> Self {
-        Self::interleaved("", image.channel_names(), image.data())
+        let plane = |i: usize| image.pixels().map(|pixel| pixel[i]).collect::<Vec<f32>>();
+        let names = image.channel_names().iter().enumerate();
+        names.fold(Self::new(""), |layer, (i, name)| layer.with(*name, plane(i)))
     }
 
     /// The name, `""` for the colour of the picture.

@@ -21,7 +21,7 @@ mod tone;
 pub use error::{ImageError, ImageErrorKind, LayerError, ShapeError};
 pub use format::Format;
 pub use heatmap::heatmap;
-pub use image::Image;
+pub use image::{Image, Pixel};
 pub use io::{
     ColorSpace, Decoded, MAX_PIXELS, WriteOptions, decode, encode, load, load_as, panic_is_contained, save,
 };

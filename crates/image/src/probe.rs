@@ -21,16 +21,26 @@ pub struct ImageSize {
     pub height: u64,
     /// Samples per pixel, at least as many as the decoded image has.
     pub channels: u32,
+    /// Bytes of a sample of the decoded image: 1, 2 or 4.
+    pub sample_bytes: u32,
 }
 
 impl ImageSize {
     /// Memory that the image takes, bytes.
     #[must_use]
     pub fn bytes(&self) -> u64 {
-        self.pixels().saturating_mul(4 * u64::from(self.channels))
+        self.samples().saturating_mul(self.sample_bytes.into())
     }
 
-    fn pixels(&self) -> u64 {
+    /// Number of samples.
+    #[must_use]
+    pub fn samples(&self) -> u64 {
+        self.pixels().saturating_mul(self.channels.into())
+    }
+
+    /// Number of pixels.
+    #[must_use]
+    pub fn pixels(&self) -> u64 {
         self.width.saturating_mul(self.height)
     }
 }
@@ -44,20 +54,23 @@ pub fn probe(head: &[u8], length: u64, name: &Path) -> Option<ImageSize> {
     let found = match format {
         Format::Png => png(head),
         Format::Jpeg => Some(jpeg(head).unwrap_or_else(|| unknown_jpeg(length))),
-        Format::Ppm | Format::Pgm => text_size(head.get(2..)?, if format == Format::Ppm { 3 } else { 1 }),
-        Format::Pfm => text_size(head.get(2..)?, if head[1] == b'F' { 3 } else { 1 }),
+        Format::Ppm | Format::Pgm => netpbm(head, if format == Format::Ppm { 3 } else { 1 }),
+        Format::Pfm => {
+            let [width, height, _] = numbers(head.get(2..)?);
+            sized(width?, height?, if head[1] == b'F' { 3 } else { 1 }, 4)
+        }
         Format::Exr => exr(head),
         Format::Hdr => hdr(head),
-        Format::Tga => sized(word(head, 12)?, word(head, 14)?, 4),
+        Format::Tga => sized(word(head, 12)?, word(head, 14)?, 4, 1),
         Format::Bmp => bmp(head),
         Format::Webp => webp(head),
-        Format::Gif => sized(word(head, 6)?, word(head, 8)?, 4),
+        Format::Gif => sized(word(head, 6)?, word(head, 8)?, 4, 1),
     };
     found.filter(|size| size.pixels() <= MAX_PIXELS.min(codec::most_pixels(format, length)))
 }
 
-fn sized(width: u64, height: u64, channels: u32) -> Option<ImageSize> {
-    (width > 0 && height > 0).then_some(ImageSize { width, height, channels })
+fn sized(width: u64, height: u64, channels: u32, sample_bytes: u32) -> Option<ImageSize> {
+    (width > 0 && height > 0).then_some(ImageSize { width, height, channels, sample_bytes })
 }
 
 /// Two bytes, the lower one first.
@@ -78,7 +91,7 @@ fn png(head: &[u8]) -> Option<ImageSize> {
         _ => 4,
     };
     let has_alpha = matches!(head[25], 4 | 6) || head.windows(4).any(|w| w == b"tRNS");
-    sized(side(16)?, side(20)?, channels - u32::from(!has_alpha))
+    sized(side(16)?, side(20)?, channels - u32::from(!has_alpha), if head[24] == 16 { 2 } else { 1 })
 }
 
 fn jpeg(head: &[u8]) -> Option<ImageSize> {
@@ -86,30 +99,37 @@ fn jpeg(head: &[u8]) -> Option<ImageSize> {
     let at = codec::jpeg::first_segment(head, is_frame)?;
     let side = |at: usize| Some(u64::from(u16::from_be_bytes(*head.get(at..)?.first_chunk()?)));
     let channels = if *head.get(at + 9)? == 1 { 1 } else { 3 };
-    sized(side(at + 7)?, side(at + 5)?, channels)
+    sized(side(at + 7)?, side(at + 5)?, channels, 1)
 }
 
 /// The frame lies behind what was looked at.
 fn unknown_jpeg(length: u64) -> ImageSize {
     let pixels = length.saturating_mul(JPEG_PIXELS_PER_BYTE).min(MAX_PIXELS);
-    ImageSize { width: pixels, height: 1, channels: 3 }
+    ImageSize { width: pixels, height: 1, channels: 3, sample_bytes: 1 }
 }
 
-/// Width and height as text, behind blanks and comments.
-fn text_size(mut bytes: &[u8], channels: u32) -> Option<ImageSize> {
-    let mut next = || loop {
-        bytes = bytes.trim_ascii_start();
-        if bytes.first() == Some(&b'#') {
+/// Width, height and the largest value as text; of bitmaps there is no largest value.
+fn netpbm(head: &[u8], channels: u32) -> Option<ImageSize> {
+    let [width, height, max] = numbers(head.get(2..)?);
+    let is_wide = !matches!(head[1], b'1' | b'4') && max.is_none_or(|max| max > 255);
+    sized(width?, height?, channels, if is_wide { 2 } else { 1 })
+}
+
+/// The next three whole numbers, behind blanks and comments.
+fn numbers(mut bytes: &[u8]) -> [Option<u64>; 3] {
+    std::array::from_fn(|_| {
+        loop {
+            bytes = bytes.trim_ascii_start();
+            if bytes.first() != Some(&b'#') {
+                break;
+            }
             bytes = &bytes[bytes.iter().position(|b| *b == b'\n' || *b == b'\r')?..];
-            continue;
         }
         let end = bytes.iter().position(|b| !b.is_ascii_digit())?;
         let (number, rest) = bytes.split_at(end);
         bytes = rest;
-        return std::str::from_utf8(number).ok()?.parse::<u64>().ok();
-    };
-    let (width, height) = (next()?, next()?);
-    sized(width, height, channels)
+        std::str::from_utf8(number).ok()?.parse().ok()
+    })
 }
 
 fn exr(head: &[u8]) -> Option<ImageSize> {
@@ -124,7 +144,7 @@ fn exr(head: &[u8]) -> Option<ImageSize> {
         list = list.get(list.iter().position(|b| *b == 0)? + 17..)?;
         channels += 1;
     }
-    sized(sides[0]?, sides[1]?, channels.max(1))
+    sized(sides[0]?, sides[1]?, channels.max(1), 4)
 }
 
 fn hdr(head: &[u8]) -> Option<ImageSize> {
@@ -132,25 +152,25 @@ fn hdr(head: &[u8]) -> Option<ImageSize> {
     let words: Vec<&str> = std::str::from_utf8(line).ok()?.split_whitespace().collect();
     let [first, a, _, b] = words[..] else { return None };
     let (width, height) = if first.ends_with('X') { (a, b) } else { (b, a) };
-    sized(width.parse().ok()?, height.parse().ok()?, 3)
+    sized(width.parse().ok()?, height.parse().ok()?, 3, 4)
 }
 
 fn bmp(head: &[u8]) -> Option<ImageSize> {
     if signed(head, 14)? == 12 {
-        return sized(word(head, 18)?, word(head, 20)?, 4);
+        return sized(word(head, 18)?, word(head, 20)?, 4, 1);
     }
-    sized(signed(head, 18)?.unsigned_abs(), signed(head, 22)?.unsigned_abs(), 4)
+    sized(signed(head, 18)?.unsigned_abs(), signed(head, 22)?.unsigned_abs(), 4, 1)
 }
 
 /// Lossy pictures have two numbers of 14 bits behind a mark, others of 14 and 24 bits and one less than the size.
 fn webp(head: &[u8]) -> Option<ImageSize> {
     let packed = |at: usize| Some(word(head, at)? | word(head, at + 2)? << 16);
     match head.get(12..16)? {
-        b"VP8 " => sized(word(head, 26)? & 0x3fff, word(head, 28)? & 0x3fff, 3),
+        b"VP8 " => sized(word(head, 26)? & 0x3fff, word(head, 28)? & 0x3fff, 3, 1),
         b"VP8L" => {
             let bits = packed(21)?;
-            sized((bits & 0x3fff) + 1, ((bits >> 14) & 0x3fff) + 1, 4)
+            sized((bits & 0x3fff) + 1, ((bits >> 14) & 0x3fff) + 1, 4, 1)
         }
-        _ => sized((packed(24)? & 0xff_ffff) + 1, (packed(27)? & 0xff_ffff) + 1, 4),
+        _ => sized((packed(24)? & 0xff_ffff) + 1, (packed(27)? & 0xff_ffff) + 1, 4, 1),
     }
 }

@@ -141,15 +141,33 @@ pub fn quantise_rgba(image: &Image, tone: ToneCurve, exposure: f32) -> Vec<u8> {
 
 /// What `pixel` makes of the bytes of each pixel.
 fn pixels<T>(image: &Image, tone: ToneCurve, exposure: f32, pixel: impl Fn([u8; 3]) -> T) -> Vec<T> {
-    let gain = float::exp2(exposure);
-    let quantiser = Quantiser::new(tone.transfer());
-    let bytes = |[r, g, b]: [f32; 3]| pixel([quantiser.byte(r), quantiser.byte(g), quantiser.byte(b)]);
-    match tone {
-        // The quantiser cuts as these do.
-        ToneCurve::Raw | ToneCurve::Srgb => {
-            image.rgb_pixels().map(|[r, g, b]| bytes([gain * r, gain * g, gain * b])).collect()
-        }
-        _ => image.rgb_pixels().map(|rgb| bytes(tone.curve(rgb.map(|c| gain * c)))).collect(),
+    let display = Display::new(tone, exposure);
+    image.rgb_pixels().map(|rgb| pixel(display.bytes(rgb))).collect()
+}
+
+/// From colours of the scene to bytes.
+pub(crate) struct Display {
+    tone: ToneCurve,
+    gain: f32,
+    quantiser: Quantiser,
+}
+
+impl Display {
+    /// `exposure` is in stops (EV).
+    pub fn new(tone: ToneCurve, exposure: f32) -> Self {
+        Self { tone, gain: float::exp2(exposure), quantiser: Quantiser::new(tone.transfer()) }
+    }
+
+    /// `round(255 · curve(2^exposure · rgb))`, limited to 0…255; NaN gives 0.
+    #[inline]
+    pub fn bytes(&self, rgb: [f32; 3]) -> [u8; 3] {
+        let scaled = [self.gain * rgb[0], self.gain * rgb[1], self.gain * rgb[2]];
+        let [r, g, b] = match self.tone {
+            // The quantiser cuts as these do.
+            ToneCurve::Raw | ToneCurve::Srgb => scaled,
+            tone => tone.curve(scaled),
+        };
+        [self.quantiser.byte(r), self.quantiser.byte(g), self.quantiser.byte(b)]
     }
 }
 

@@ -137,12 +137,12 @@ fn channels_are_in_their_order() {
     let layer =
         Layer::new("x").with("A", one(4.0)).with("B", one(3.0)).with("R", one(1.0)).with("G", one(2.0));
     assert!(layer.is_color());
-    assert_eq!(layer.to_image(1, 1).unwrap().data(), [1.0, 2.0, 3.0, 4.0]);
+    assert_eq!(layer.to_image(1, 1).unwrap().to_data(), [1.0, 2.0, 3.0, 4.0]);
     let normal = Layer::new("n").with("Z", one(3.0)).with("X", one(1.0)).with("Y", one(2.0));
     assert!(!normal.is_color());
-    assert_eq!(normal.to_image(1, 1).unwrap().data(), [1.0, 2.0, 3.0]);
+    assert_eq!(normal.to_image(1, 1).unwrap().to_data(), [1.0, 2.0, 3.0]);
     let uv = Layer::new("uv").with("V", one(2.0)).with("U", one(1.0));
-    assert_eq!(uv.to_image(1, 1).unwrap().data(), [1.0, 2.0, 0.0]);
+    assert_eq!(uv.to_image(1, 1).unwrap().to_data(), [1.0, 2.0, 0.0]);
     let grey = Layer::new("").with("A", one(0.5)).with("Y", one(1.0));
     assert_eq!(grey.to_image(1, 1).unwrap().channels(), 2);
     assert!(uv.to_image(2, 1).is_err());

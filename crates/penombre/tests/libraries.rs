@@ -32,7 +32,7 @@ fn materials_of_libraries_are_built_and_rendered() {
         let mut render = Render::new(plan.unwrap());
         render.run(2, &Quiet);
         let image = render.image();
-        assert!(image.data().iter().all(|v| v.is_finite() && *v >= 0.0));
-        assert!(image.data().iter().any(|v| *v > 0.0));
+        assert!(image.to_data().iter().all(|v| v.is_finite() && *v >= 0.0));
+        assert!(image.to_data().iter().any(|v| *v > 0.0));
     }
 }

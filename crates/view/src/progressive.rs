@@ -453,7 +453,7 @@ fn enlarge(small: &Image, [width, height]: [u32; 2]) -> Image {
         let row = scaled(y, height, small.height());
         for x in 0..width {
             let column = scaled(x, width, small.width());
-            image.pixel_mut(x, y).copy_from_slice(small.pixel(column, row));
+            image.pixel_mut(x, y).copy_from_slice(&small.pixel(column, row));
         }
     }
     image
@@ -461,7 +461,7 @@ fn enlarge(small: &Image, [width, height]: [u32; 2]) -> Image {
 
 fn copy_tile(job: &Job, index: usize, from: &Image, to: &mut Image) {
     for [x, y] in job.unit(index).tile.iter() {
-        to.pixel_mut(x, y).copy_from_slice(from.pixel(x, y));
+        to.pixel_mut(x, y).copy_from_slice(&from.pixel(x, y));
     }
 }
 

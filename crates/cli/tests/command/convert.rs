@@ -73,7 +73,7 @@ fn texts_alpha_and_layers_are_kept_where_there_is_a_place() {
     let output = folder.run(&["convert", "alpha.exr", "-o", "alpha.webp", "-o", "alpha.hdr"]);
     assert_eq!(output.status.code(), Some(0));
     assert_eq!(text(&output.stderr).matches("alpha.hdr has no place for alpha").count(), 1);
-    assert_eq!(load(&folder.path("alpha.webp")).unwrap().pixel(0, 0), [1.0, 0.0, 1.0, 0.2]);
+    assert_eq!(*load(&folder.path("alpha.webp")).unwrap().pixel(0, 0), [1.0, 0.0, 1.0, 0.2]);
 }
 
 #[test]

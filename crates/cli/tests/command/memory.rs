@@ -33,7 +33,7 @@ fn field(n: u32) -> String {
 
 #[test]
 fn what_is_too_large_is_refused_at_once_and_its_parts_are_listed() {
-    let folder = textured(2048);
+    let folder = textured(4096);
     folder.write("field.obj", &field(300));
     let cases: [(&[&str], &str, &str); 7] = [
         (&["render", "scene.toml"], "40M", "needed: images 48.0 MiB, film"),
@@ -93,7 +93,7 @@ fn without_a_limit_the_machine_is_the_limit() {
 #[cfg(target_os = "linux")]
 #[test]
 fn estimates_are_near_the_peaks_that_are_measured() {
-    let folder = textured(2048);
+    let folder = textured(4096);
     folder.write("field.obj", &field(250));
     let runs: [&[&str]; 5] = [
         &["cornell"],

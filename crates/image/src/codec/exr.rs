@@ -34,9 +34,8 @@ const SMALL: u64 = 1 << 24;
 const LARGEST_TILE: u64 = 1 << 26;
 
 pub fn encode(image: &Image, options: &WriteOptions, w: &mut dyn Write) -> Result<()> {
-    let channels = image.channels() as usize;
     let list = image.channel_names().iter().enumerate().map(|(i, name)| {
-        let samples = image.data().iter().skip(i).step_by(channels).copied().collect();
+        let samples = image.pixels().map(|pixel| pixel[i]).collect();
         AnyChannel::new(*name, FlatSamples::F32(samples))
     });
     write_part(image.width(), image.height(), list, options, w)

@@ -2,7 +2,7 @@
 
 mod scan;
 
-use super::{Result, Source, Transfer, finish, linearise, room, zeroed};
+use super::{Result, Source, Transfer, coded, finish, zeroed};
 use crate::error::ImageErrorKind;
 use crate::format::Format;
 use crate::image::Image;
@@ -78,8 +78,7 @@ pub fn decode(bytes: &[u8], space: ColorSpace) -> Result<Decoded> {
         return Err(Source { format: Format::Jpeg, bytes, at }.fault(found, "data for all of its blocks"));
     }
     let transfer = Transfer::of(space, Transfer::Srgb);
-    let mut samples = room(width, height, channels)?;
-    linearise(buffer.into_iter().map(u16::from), 255, channels, transfer, &mut samples);
+    let samples = coded(buffer, 255, transfer);
     Ok(finish(Format::Jpeg, (width, height), channels, samples, transfer != Transfer::Linear))
 }
 

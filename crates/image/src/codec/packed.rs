@@ -1,6 +1,6 @@
 //! BMP \[BMP\], GIF \[GIF\] (its first frame) and WebP \[WebP\], by the decoders and encoders of the `image` library.
 
-use super::{Result, Source, Transfer, eight_bit, finish, linearise, room, zeroed};
+use super::{Result, Source, Transfer, coded, eight_bit, finish, keep_first, zeroed};
 use crate::error::ImageErrorKind;
 use crate::format::Format;
 use crate::image::Image;
@@ -13,7 +13,7 @@ use std::io::{Cursor, ErrorKind, Write};
 
 /// Pixels that a file of any length may have: these formats can leave out what has the colour of the ground, or need no
 /// bits at all for a picture of one colour.
-pub const SMALL: u64 = 1 << 22;
+pub const SMALL: u64 = 1 << 24;
 
 /// Memory beside the pixels that a decoder may take, bytes.
 const SPARE: u64 = 1 << 26;
@@ -111,9 +111,7 @@ fn run(format: Format, bytes: &[u8], space: ColorSpace, pixels_per_byte: u64, op
     let codes = if color == ColorType::Rgba8 { without_idle_alpha(codes) } else { codes };
     let channels = (codes.len() / (size.0 as usize * size.1 as usize)) as u32;
     let transfer = Transfer::of(space, Transfer::Srgb);
-    let mut samples = room(size.0, size.1, channels)?;
-    linearise(codes.into_iter().map(u16::from), 255, channels, transfer, &mut samples);
-    Ok(finish(format, size, channels, samples, transfer != Transfer::Linear))
+    Ok(finish(format, size, channels, coded(codes, 255, transfer), transfer != Transfer::Linear))
 }
 
 /// What the decoding library says, or what we do.
@@ -155,10 +153,9 @@ fn one_line(text: &str) -> String {
 }
 
 /// Red, green and blue alone if no pixel is transparent: these formats say too little of whether there is alpha.
-fn without_idle_alpha(codes: Vec<u8>) -> Vec<u8> {
-    let pixels = codes.as_chunks::<4>().0;
-    if pixels.iter().any(|p| p[3] != 255) {
-        return codes;
+fn without_idle_alpha(mut codes: Vec<u8>) -> Vec<u8> {
+    if codes.as_chunks::<4>().0.iter().all(|p| p[3] == 255) {
+        keep_first(&mut codes, 4, 3);
     }
-    pixels.iter().flat_map(|p| [p[0], p[1], p[2]]).collect()
+    codes
 }

@@ -11,13 +11,11 @@ pub fn encode(image: &Image, w: &mut dyn Write) -> Result<()> {
     let grey = image.channels() < 3;
     let kind = if grey { "Pf" } else { "PF" };
     write!(w, "{kind}\n{} {}\n-1.0\n", image.width(), image.height())?;
-    let row_length = image.width() as usize * image.channels() as usize;
     let keep = if grey { 1 } else { 3 };
     let mut bytes = Vec::with_capacity(image.width() as usize * keep * 4);
-    for row in image.data().chunks_exact(row_length).rev() {
+    for row in image.rows().rev() {
         bytes.clear();
-        let samples = row.chunks_exact(image.channels() as usize).flat_map(|p| &p[..keep]);
-        bytes.extend(samples.flat_map(|s| s.to_le_bytes()));
+        bytes.extend(row.flat_map(|pixel| pixel.rgb().into_iter().take(keep)).flat_map(f32::to_le_bytes));
         w.write_all(&bytes)?;
     }
     Ok(())

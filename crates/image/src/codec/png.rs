@@ -1,6 +1,6 @@
 //! PNG: 8-bit colour, and alpha, out; every depth and colour type in.
 
-use super::{Result, Source, Transfer, eight_bit, finish, linearise, room, zeroed};
+use super::{Result, Source, Transfer, coded, eight_bit_rows, finish, zeroed};
 use crate::error::ImageErrorKind;
 use crate::format::Format;
 use crate::image::Image;
@@ -15,27 +15,27 @@ pub const PIXELS_PER_BYTE: u64 = 1040 * 8;
 /// Bytes of unpacked pixels from which on a file is read twice: first to see that it is whole, with no memory for them.
 const LARGE: u64 = 1 << 26;
 
+/// Bytes of the picture in a chunk of a file that is written.
+const PART: usize = 1 << 16;
+
 /// Longest compressed text that is unpacked, in bytes.
 const MAX_TEXT: usize = 1 << 20;
 
 pub fn encode(image: &Image, options: &WriteOptions, w: &mut dyn Write) -> Result<()> {
-    let (bytes, channels) = eight_bit(image, options);
-    let color = if channels == 4 { ColorType::Rgba } else { ColorType::Rgb };
-    encode_bytes(image, color, &bytes, options, w).map_err(|error| match error {
+    encode_rows(image, options, w).map_err(|error| match error {
         EncodingError::IoError(e) => ImageErrorKind::Io(e),
         other => ImageErrorKind::NotWritable { format: Format::Png, reason: other.to_string() },
     })
 }
 
-fn encode_bytes(
+fn encode_rows(
     image: &Image,
-    color: ColorType,
-    bytes: &[u8],
     options: &WriteOptions,
     w: &mut dyn Write,
 ) -> std::result::Result<(), EncodingError> {
+    let (rows, channels) = eight_bit_rows(image, options);
     let mut encoder = Encoder::new(w, image.width(), image.height());
-    encoder.set_color(color);
+    encoder.set_color(if channels == 4 { ColorType::Rgba } else { ColorType::Rgb });
     encoder.set_depth(BitDepth::Eight);
     if options.tone != ToneCurve::Raw {
         encoder.set_source_srgb(::png::SrgbRenderingIntent::Perceptual);
@@ -51,7 +51,11 @@ fn encode_bytes(
         }
     }
     let mut writer = encoder.write_header()?;
-    writer.write_image_data(bytes)?;
+    let mut stream = writer.stream_writer_with_size(PART)?;
+    for row in rows {
+        stream.write_all(&row)?;
+    }
+    stream.finish()?;
     writer.finish()
 }
 
@@ -109,19 +113,10 @@ fn decode_from(
     let sample = if depth == BitDepth::Sixteen { 2 } else { 1 };
     let mut buffer = zeroed::<u8>(width, height, channels * sample).map_err(Fault::Ours)?;
     let used = reader.next_frame(&mut buffer)?.buffer_size();
+    buffer.truncate(used);
     reader.finish()?;
     let transfer = Transfer::of(space, own_transfer(reader.info()));
-    let mut samples = room(width, height, channels).map_err(Fault::Ours)?;
-    match depth {
-        BitDepth::Sixteen => {
-            let codes = buffer[..used].as_chunks::<2>().0.iter().map(|pair| u16::from_be_bytes(*pair));
-            linearise(codes, u16::MAX, channels, transfer, &mut samples);
-        }
-        _ => {
-            let codes = buffer[..used].iter().map(|b| u16::from(*b));
-            linearise(codes, 255, channels, transfer, &mut samples);
-        }
-    }
+    let samples = coded(buffer, if sample == 2 { u16::MAX } else { 255 }, transfer);
     let was_srgb = transfer != Transfer::Linear;
     let mut decoded = finish(Format::Png, (width, height), channels, samples, was_srgb);
     decoded.metadata = texts(reader.info());

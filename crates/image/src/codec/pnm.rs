@@ -1,6 +1,6 @@
 //! Netpbm \[Netpbm\]: P1 to P6 in, P5, P6 and the course program's P3 out.
 
-use super::{Result, Source, Transfer, finish, linearise, room};
+use super::{Result, Source, Transfer, coded, finish};
 use crate::error::ImageErrorKind;
 use crate::format::Format;
 use crate::image::Image;
@@ -80,14 +80,18 @@ pub fn decode(bytes: &[u8], space: ColorSpace) -> Result<Decoded> {
     let channels = header.channels();
     let auto = if header.is_bitmap() { Transfer::Linear } else { Transfer::Srgb };
     let transfer = Transfer::of(space, auto);
-    let mut samples = room(header.width, header.height, channels)?;
     let codes: Vec<u16> = match header.kind {
         b'1' => plain_bits(&mut source, &header)?,
         b'2' | b'3' => plain_numbers(&mut source, &header)?,
         b'4' => packed_bits(&mut source, &header)?,
         _ => binary_numbers(&mut source, &header)?,
     };
-    linearise(codes.into_iter(), header.max, channels, transfer, &mut samples);
+    let bytes = if header.max > 255 {
+        codes.into_iter().flat_map(u16::to_be_bytes).collect()
+    } else {
+        codes.into_iter().map(|code| code as u8).collect()
+    };
+    let samples = coded(bytes, header.max, transfer);
     let size = (header.width, header.height);
     Ok(finish(format, size, channels, samples, transfer != Transfer::Linear))
 }

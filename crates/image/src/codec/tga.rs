@@ -1,6 +1,6 @@
 //! Truevision TGA \[TGA\]: colour tables, colour and grey, plain or run-length coded, in; plain colour out.
 
-use super::{Result, Source, Transfer, eight_bit, finish, linearise, room};
+use super::{Result, Source, Transfer, coded, eight_bit, finish, keep_first};
 use crate::error::ImageErrorKind;
 use crate::format::Format;
 use crate::image::Image;
@@ -145,9 +145,9 @@ pub fn decode(bytes: &[u8], space: ColorSpace) -> Result<Decoded> {
         pixels.chunks_exact_mut(width).for_each(<[_]>::reverse);
     }
     let transfer = Transfer::of(space, Transfer::Srgb);
-    let mut samples = room(header.width, header.height, channels)?;
-    let codes = pixels.iter().flat_map(|p| &p[..channels as usize]).map(|c| u16::from(*c));
-    linearise(codes, header.texel.max(), channels, transfer, &mut samples);
+    let mut codes = pixels.into_flattened();
+    keep_first(&mut codes, 4, channels as usize);
+    let samples = coded(codes, header.texel.max(), transfer);
     let size = (header.width, header.height);
     Ok(finish(Format::Tga, size, channels, samples, transfer != Transfer::Linear))
 }

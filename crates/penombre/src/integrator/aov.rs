@@ -261,7 +261,7 @@ mod tests {
         let paths: Vec<PathRecord> = (0..256).map(|i| one([i % 16, i / 16])).collect();
         let render = rendered(plan);
         let image = render.image();
-        for (path, pixel) in paths.iter().zip(image.data().chunks(3)) {
+        for (path, pixel) in paths.iter().zip(image.to_data().chunks(3)) {
             assert_eq!((path.radiance.to_rgb().as_slice(), path.vertices.len()), (pixel, 1));
         }
         assert_eq!(render.statistics().rays, 256);

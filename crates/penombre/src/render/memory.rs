@@ -12,6 +12,8 @@ const TREE: u64 = 56;
 const TREE_BUILDING: u64 = 200;
 /// Bytes for each instance, with its place in the acceleration structure.
 const INSTANCE: u64 = 512;
+/// Bytes for each pixel of a light's image: its colour, and the tables from which it is sampled.
+const LIGHT_PIXEL: u64 = 32;
 /// Buffers of a thread that renders, bytes.
 const THREAD: u64 = 2 << 20;
 
@@ -40,8 +42,7 @@ impl MemoryEstimate {
         assets: &AssetMemory,
         job: Option<(&Job, &[FilmLayer], usize)>,
     ) -> Self {
-        // Colours of 16 bytes and tables of 16 are made of the 12 bytes of a pixel.
-        let tables = assets.lights.saturating_mul(8) / 3;
+        let tables = assets.lights.saturating_mul(LIGHT_PIXEL);
         let shapes = assets.shapes.saturating_add(INSTANCE.saturating_mul(instances(description)));
         let tree = |per_triangle: u64| assets.triangles.saturating_mul(per_triangle);
         let files = [("the program", program), ("meshes", assets.meshes), ("images", assets.images)];

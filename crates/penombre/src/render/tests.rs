@@ -158,7 +158,7 @@ fn samples_that_are_not_finite_are_dropped_counted_and_named() {
     assert!(statistics.non_finite > 0);
     assert!(!statistics.dropped.is_empty());
     let image = render.image();
-    assert!(image.data().iter().all(|v| v.is_finite()));
+    assert!(image.to_data().iter().all(|v| v.is_finite()));
     let named = statistics.dropped[0];
     let job = *render.job();
     let path = record(render.scene(), render.integrator(), &job, named.pixel, named.sample);

@@ -18,7 +18,7 @@
 
 use super::{Texture, TexturePoint};
 use crate::registry::Context;
-use penombre_image::Image;
+use penombre_image::{Image, Pixel};
 use penombre_math::color::luminance;
 use penombre_math::{Spectrum, Vec2};
 use penombre_scene::params::Params;
@@ -145,27 +145,27 @@ impl Texture for ImageTexture {
 
 impl ImageTexture {
     fn lookup(&self, uv: Vec2) -> Spectrum {
-        let (w, h) = (self.image.width() as f32, self.image.height() as f32);
+        let (width, height) = (self.image.width(), self.image.height());
         // Continuous pixel coordinates, y downwards; pixel centres lie at halves.
-        let (x, y) = (uv.x * w, (1.0 - uv.y) * h);
+        let (x, y) = (uv.x * width as f32, (1.0 - uv.y) * height as f32);
         if !(x.is_finite() && y.is_finite()) {
             return Spectrum::BLACK;
         }
         if !self.bilinear {
-            return self.pixel(x.floor(), y.floor());
+            return self.pixel(self.wrap.index(x.floor(), width), self.wrap.index(y.floor(), height));
         }
         let (x, y) = (x - 0.5, y - 0.5);
         let (x0, y0) = (x.floor(), y.floor());
         let (fx, fy) = (x - x0, y - y0);
-        let row = |y| self.pixel(x0, y) * (1.0 - fx) + self.pixel(x0 + 1.0, y) * fx;
-        row(y0) * (1.0 - fy) + row(y0 + 1.0) * fy
+        let columns = [x0, x0 + 1.0].map(|x| self.wrap.index(x, width));
+        let rows = [y0, y0 + 1.0].map(|y| self.wrap.index(y, height));
+        let row = |y| self.pixel(columns[0], y) * (1.0 - fx) + self.pixel(columns[1], y) * fx;
+        row(rows[0]) * (1.0 - fy) + row(rows[1]) * fy
     }
 
-    fn pixel(&self, x: f32, y: f32) -> Spectrum {
-        let (w, h) = (self.image.width(), self.image.height());
-        let (Some(x), Some(y)) = (self.wrap.index(x, w), self.wrap.index(y, h)) else {
-            return Spectrum::BLACK;
-        };
+    /// What is looked up at a pixel, if there is one.
+    fn pixel(&self, x: Option<u32>, y: Option<u32>) -> Spectrum {
+        let (Some(x), Some(y)) = (x, y) else { return Spectrum::BLACK };
         match self.channel {
             Channel::Color => Spectrum::from_rgb(self.image.rgb(x, y)),
             Channel::One(i) => Spectrum::splat(self.image.rgb(x, y)[i]),
@@ -193,15 +193,12 @@ impl Channel {
 
 /// True if some pixel is not entirely there.
 fn is_cut_out(image: &Image) -> bool {
-    image.data().chunks_exact(image.channels() as usize).any(|pixel| alpha(pixel) < 1.0)
+    image.channels().is_multiple_of(2) && image.pixels().any(|pixel| alpha(pixel) < 1.0)
 }
 
-/// The last of two or four samples; 1 where there is no alpha.
-fn alpha(pixel: &[f32]) -> f32 {
-    match *pixel {
-        [_, a] | [_, _, _, a] => a,
-        _ => 1.0,
-    }
+/// Alpha; 1 where there is none.
+fn alpha(pixel: Pixel) -> f32 {
+    pixel.alpha().unwrap_or(1.0)
 }
 
 impl Wrap {
@@ -342,6 +339,7 @@ mod tests {
         assert_eq!(value("mask", 1.0, 0.75), luminance([1.0, 0.0, 0.0]));
         let grey = Image::from_data(1, 1, 1, vec![0.5]).unwrap();
         assert_eq!(Channel::of("mask", &grey), Channel::Luminance);
-        assert_eq!((alpha(&[0.5]), alpha(&[0.5, 0.25])), (1.0, 0.25));
+        let with_alpha = Image::from_data(1, 1, 2, vec![0.5, 0.25]).unwrap();
+        assert_eq!((alpha(grey.pixel(0, 0)), alpha(with_alpha.pixel(0, 0))), (1.0, 0.25));
     }
 }

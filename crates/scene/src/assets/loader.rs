@@ -4,13 +4,13 @@ use super::images::{ImageKey, ImageResult, Images};
 use super::meshes::{MeshEntry, MeshRead, format_by_name};
 use super::observe::{FileContent, FileRead, LoadEvent, LoadObserver};
 use super::twins::first_alike;
-use super::weigh::{decoding, image_bytes, image_file, mesh_file, mesh_weight};
+use super::weigh::{decoding, image_file, mesh_file, mesh_weight};
 use super::{AssetMemory, Assets, pool};
 use crate::description::{Node, NodeId, Role, SceneDescription, ValueKind};
 use crate::diagnostic::Diagnostics;
 use crate::readers::{Folders, MeshFile, MeshTexture, MeshWeight};
 use crate::span::{Sources, Span};
-use penombre_image::Image;
+use penombre_image::{Image, ImageSize};
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -54,6 +54,12 @@ struct Batch<'a> {
     images: Vec<(ImageKey, u64)>,
     /// What lights name.
     lights: &'a [ImageKey],
+}
+
+/// What one of them holds, before it is decoded.
+enum Weight {
+    Mesh(MeshWeight),
+    Image(Option<ImageSize>),
 }
 
 /// What came of them.
@@ -341,22 +347,25 @@ impl Batch<'_> {
         let weighed = pool::each(&weights, |i| match i.checked_sub(self.meshes.len()) {
             None => {
                 let mesh = self.meshes[i];
-                mesh.format.map(|(format, _)| mesh_file(&mesh.path, format, mesh.length)).unwrap_or_default()
+                let found = mesh.format.map(|(format, _)| mesh_file(&mesh.path, format, mesh.length));
+                let (weight, decoding) = found.unwrap_or_default();
+                (Weight::Mesh(weight), decoding)
             }
             Some(image) => {
-                let (bytes, decoding) = image_file(&self.images[image].0.path, weights[i]);
-                (MeshWeight { bytes, ..MeshWeight::default() }, decoding)
+                let (size, decoding) = image_file(&self.images[image].0.path, weights[i]);
+                (Weight::Image(size), decoding)
             }
         });
         let mut memory = AssetMemory::default();
         for (i, (weight, _)) in weighed.iter().enumerate() {
-            match self.meshes.get(i) {
-                Some(mesh) => memory.add_mesh(weight, false, mesh.users.len()),
-                None => {
+            match weight {
+                Weight::Mesh(mesh) => memory.add_mesh(mesh, false, self.meshes[i].users.len()),
+                Weight::Image(size) => {
                     let key = &self.images[i - self.meshes.len()].0;
                     let lights = self.lights.iter().filter(|light| *light == key).count() as u64;
-                    memory.images = memory.images.saturating_add(weight.bytes);
-                    memory.lights = memory.lights.saturating_add(weight.bytes.saturating_mul(lights));
+                    let (bytes, pixels) = size.map_or((0, 0), |size| (size.bytes(), size.pixels()));
+                    memory.images = memory.images.saturating_add(bytes);
+                    memory.lights = memory.lights.saturating_add(pixels.saturating_mul(lights));
                 }
             }
         }
@@ -430,10 +439,10 @@ fn memory_of(meshes: &[PlacedMesh], images: &Images, lights: &[ImageKey]) -> Ass
     let mut seen = HashSet::new();
     for (image, _) in images.values().flatten() {
         if seen.insert(Arc::as_ptr(image)) {
-            memory.images += image_bytes(image);
+            memory.images += image.bytes();
         }
     }
     let of_lights = lights.iter().filter_map(|key| images.get(key)?.as_ref().ok());
-    memory.lights = of_lights.map(|(image, _)| image_bytes(image)).sum();
+    memory.lights = of_lights.map(|(image, _)| image.pixel_count() as u64).sum();
     memory
 }

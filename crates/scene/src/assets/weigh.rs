@@ -4,7 +4,7 @@
 use super::pool;
 use crate::mesh::TriangleMesh;
 use crate::readers::{MeshFormat, MeshWeight, weigh};
-use penombre_image::{Image, PROBE_BYTES, probe};
+use penombre_image::{ImageSize, PROBE_BYTES, probe};
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
@@ -17,7 +17,7 @@ pub struct AssetMemory {
     pub meshes: u64,
     /// Images, each file once for each meaning of its numbers.
     pub images: u64,
-    /// Those of them that lights name, once for each light: tables are made of them.
+    /// Number of pixels of those of them that lights name, once for each light: tables are made of them.
     pub lights: u64,
     /// What decoding takes besides, on all threads together.
     pub decoding: u64,
@@ -49,19 +49,15 @@ pub(super) fn mesh_file(path: &Path, said: MeshFormat, length: u64) -> (MeshWeig
     (weight, weight.text_bytes.saturating_add(weight.bytes))
 }
 
-/// The image in a file, bytes, and what decoding takes besides: the file, and at most two bytes for each sample.
-pub(super) fn image_file(path: &Path, length: u64) -> (u64, u64) {
+/// The image in a file, if there is any, and what decoding takes besides, bytes: the file, and at most two for each
+/// sample.
+pub(super) fn image_file(path: &Path, length: u64) -> (Option<ImageSize>, u64) {
     let head = File::open(path).and_then(|file| {
         let mut head = Vec::new();
         file.take(PROBE_BYTES).read_to_end(&mut head).map(|_| head)
     });
     let size = head.ok().and_then(|head| probe(&head, length, path));
-    size.map_or((0, length), |size| (size.bytes(), length.saturating_add(size.bytes() / 2)))
-}
-
-/// Memory of a decoded image, bytes.
-pub(super) fn image_bytes(image: &Image) -> u64 {
-    4 * image.data().len() as u64
+    (size, size.map_or(length, |size| length.saturating_add(2 * size.samples())))
 }
 
 /// Memory of a mesh, bytes.

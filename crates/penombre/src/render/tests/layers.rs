@@ -94,7 +94,10 @@ fn the_variance_is_that_of_the_pixels_mean() {
         let variance = layers.get("variance").unwrap().to_image(24, 24).unwrap();
         claimed += variance.mean()[0] / f64::from(seeds as u32);
         let image = render.image();
-        moments.iter_mut().zip(image.data().chunks_exact(3)).for_each(|(m, rgb)| m.push(f64::from(rgb[0])));
+        moments
+            .iter_mut()
+            .zip(image.to_data().chunks_exact(3))
+            .for_each(|(m, rgb)| m.push(f64::from(rgb[0])));
     }
     let found = moments.iter().map(penombre_lab::Moments::variance).sum::<f64>() / f64::from(24 * 24);
     // 576 pixels, 23 degrees of freedom each: a few per cent of scatter.
