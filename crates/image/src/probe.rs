@@ -23,6 +23,8 @@ pub struct ImageSize {
     pub channels: u32,
     /// Bytes of a sample of the decoded image: 1, 2 or 4.
     pub sample_bytes: u32,
+    /// Bytes that decoding takes besides for each sample, at most.
+    pub spare_bytes: u32,
 }
 
 impl ImageSize {
@@ -30,6 +32,12 @@ impl ImageSize {
     #[must_use]
     pub fn bytes(&self) -> u64 {
         self.samples().saturating_mul(self.sample_bytes.into())
+    }
+
+    /// Memory that decoding takes besides, bytes.
+    #[must_use]
+    pub fn decoding_bytes(&self) -> u64 {
+        self.samples().saturating_mul(self.spare_bytes.into())
     }
 
     /// Number of samples.
@@ -66,11 +74,22 @@ pub fn probe(head: &[u8], length: u64, name: &Path) -> Option<ImageSize> {
         Format::Webp => webp(head),
         Format::Gif => sized(word(head, 6)?, word(head, 8)?, 4, 1),
     };
+    let found = found.map(|size| ImageSize { spare_bytes: spare_bytes(format), ..size });
     found.filter(|size| size.pixels() <= MAX_PIXELS.min(codec::most_pixels(format, length)))
 }
 
+/// Coefficients of all blocks of progressive JPEG files, numbers of two bytes from Netpbm files of one, a second picture
+/// in other words; the rest is decoded where it stays.
+fn spare_bytes(format: Format) -> u32 {
+    match format {
+        Format::Jpeg | Format::Ppm | Format::Pgm => 2,
+        Format::Webp | Format::Gif => 1,
+        Format::Png | Format::Pfm | Format::Exr | Format::Hdr | Format::Tga | Format::Bmp => 0,
+    }
+}
+
 fn sized(width: u64, height: u64, channels: u32, sample_bytes: u32) -> Option<ImageSize> {
-    (width > 0 && height > 0).then_some(ImageSize { width, height, channels, sample_bytes })
+    (width > 0 && height > 0).then_some(ImageSize { width, height, channels, sample_bytes, spare_bytes: 0 })
 }
 
 /// Two bytes, the lower one first.
@@ -105,7 +124,7 @@ fn jpeg(head: &[u8]) -> Option<ImageSize> {
 /// The frame lies behind what was looked at.
 fn unknown_jpeg(length: u64) -> ImageSize {
     let pixels = length.saturating_mul(JPEG_PIXELS_PER_BYTE).min(MAX_PIXELS);
-    ImageSize { width: pixels, height: 1, channels: 3, sample_bytes: 1 }
+    ImageSize { width: pixels, height: 1, channels: 3, sample_bytes: 1, spare_bytes: 0 }
 }
 
 /// Width, height and the largest value as text; of bitmaps there is no largest value.

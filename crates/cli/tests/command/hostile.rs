@@ -182,3 +182,20 @@ fn images_that_lie() {
         image(name, text.as_bytes(), "ERR");
     }
 }
+
+/// A picture of one colour in runs of 128 pixels takes three bytes for a pixel in memory, not three floats.
+#[test]
+fn large_pictures_keep_the_numbers_of_their_files() {
+    let side = 7680u16;
+    let header = [0, 0, 10, 0, 0, 0, 0, 0, 0, 0, 0, 0];
+    let size = side.to_le_bytes();
+    let run = [255, 10, 20, 30];
+    let runs = usize::from(side) * usize::from(side) / 128;
+    let (folder, files) = (Folder::new(), Folder::new());
+    let path = files.path("large.tga");
+    std::fs::write(&path, [&header[..], &size, &size, &[24, 0x20], &run.repeat(runs)].concat()).unwrap();
+    answer(&folder, &["convert", path.to_str().unwrap(), "out.png"], &path, "OK");
+    files.write("scene.toml", &textured("large.tga"));
+    let scene = files.path("scene.toml");
+    answer(&folder, &[&["render", scene.to_str().unwrap()], &SMALL[..]].concat(), &path, "OK");
+}

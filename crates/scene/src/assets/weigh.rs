@@ -49,15 +49,14 @@ pub(super) fn mesh_file(path: &Path, said: MeshFormat, length: u64) -> (MeshWeig
     (weight, weight.text_bytes.saturating_add(weight.bytes))
 }
 
-/// The image in a file, if there is any, and what decoding takes besides, bytes: the file, and at most two for each
-/// sample.
+/// The image in a file, if there is any, and what decoding takes besides, bytes: the file, and what the format needs.
 pub(super) fn image_file(path: &Path, length: u64) -> (Option<ImageSize>, u64) {
     let head = File::open(path).and_then(|file| {
         let mut head = Vec::new();
         file.take(PROBE_BYTES).read_to_end(&mut head).map(|_| head)
     });
     let size = head.ok().and_then(|head| probe(&head, length, path));
-    (size, size.map_or(length, |size| length.saturating_add(2 * size.samples())))
+    (size, size.map_or(length, |size| length.saturating_add(size.decoding_bytes())))
 }
 
 /// Memory of a mesh, bytes.
