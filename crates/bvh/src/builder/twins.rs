@@ -12,6 +12,7 @@ use crate::Geometry;
 use crate::bvh::Twin;
 use crate::primitive::Key;
 use penombre_math::Vec3;
+use penombre_math::hash::{hash_words, mix64};
 
 /// Triangles that are looked at to find out whether many are alike.
 const SAMPLE: usize = 2048;
@@ -63,7 +64,7 @@ fn are_many(refs: &[PrimRef], geometries: &[Geometry]) -> bool {
     let count = SAMPLE.min(refs.len() / SPARSE);
     let step = refs.len() / count;
     // One out of each step, anywhere, lest what is repeated in a rhythm be missed.
-    let places = (0..count).map(|i| i * step + mixed(i as u64) as usize % step);
+    let places = (0..count).map(|i| i * step + mix64(i as u64) as usize % step);
     let digests = places.filter_map(|place| corners_of(&refs[place], geometries)).map(|c| digest(&c));
     let mut digests: Vec<u64> = digests.collect();
     digests.sort_unstable();
@@ -86,13 +87,5 @@ pub(super) fn bits(corners: [Vec3; 3]) -> [[u32; 3]; 3] {
 }
 
 fn digest(corners: &[Vec3; 3]) -> u64 {
-    let words = bits(*corners);
-    words.as_flattened().iter().fold(0, |digest, word| mixed(digest ^ u64::from(*word)))
-}
-
-/// A number all of whose bits depend on those of another.
-#[inline]
-fn mixed(number: u64) -> u64 {
-    let mixed = (number ^ (number >> 32)).wrapping_add(1).wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    mixed ^ (mixed >> 29)
+    hash_words(bits(*corners).as_flattened())
 }

@@ -15,6 +15,7 @@ mod primitives;
 mod properties;
 mod refits;
 mod scenes;
+mod twins;
 mod users;
 mod watertight;
 
