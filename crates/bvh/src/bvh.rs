@@ -52,8 +52,18 @@ pub(crate) struct Tree {
     pub(crate) large: bool,
     /// Triangles that cannot be hit at present but have a place in a block, in the order of the blocks.
     pub(crate) dormant: Vec<Dormant>,
+    /// Triangles that have no place in a block because an earlier one lies there, in order.
+    pub(crate) twins: Vec<Twin>,
     /// So few primitives that rays test all of them and leave the nodes alone.
     pub(crate) few: bool,
+}
+
+/// Numbers among all primitives of two triangles with the same corners in the same order, bit for bit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) struct Twin {
+    /// That of the first of its kind, which is in the tree.
+    pub(crate) first: u32,
+    pub(crate) number: u32,
 }
 
 /// What spheres and disks need as `aside`, and what others who compute in double precision are granted; less than 16
@@ -87,6 +97,14 @@ impl Tree {
             + size_of_val(&*self.instances)
             + size_of_val(&*self.users)
             + size_of_val(&*self.dormant)
+            + size_of_val(&*self.twins)
+    }
+
+    /// The twins of a triangle in the tree, in order.
+    pub(crate) fn twins_of(&self, number: u32) -> &[Twin] {
+        let from = self.twins.partition_point(|twin| twin.first < number);
+        let twins = &self.twins[from..];
+        &twins[..twins.partition_point(|twin| twin.first == number)]
     }
 }
 
@@ -138,7 +156,7 @@ impl Bvh {
     ///
     /// # Errors
     /// Other kinds or numbers of primitives, primitives that could not be hit when the hierarchy was built and now can,
-    /// others than triangles that no longer can, and whatever [`Bvh::build`] refuses. The hierarchy is unchanged then.
+    /// others than triangles that no longer can, triangles that lay upon an equal one and no longer do, and whatever [`Bvh::build`] refuses. The hierarchy is unchanged then.
     pub fn refit(&mut self, geometries: Vec<Geometry>) -> Result<(), RefitError> {
         let threads = builder::all_threads();
         builder::compare(&self.inventory, &builder::inventory(&geometries))?;

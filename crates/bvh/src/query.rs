@@ -25,6 +25,11 @@ pub(crate) trait Query: Copy {
     fn limit(&self) -> f32;
     /// Takes a hit; true ends the traversal.
     fn offer(&mut self, at: Meeting, key: Key, instance: u32) -> bool;
+    /// Takes the hits with the twins of a triangle that was hit, where [`Query::SEVERAL`]; true ends the traversal.
+    #[inline(always)]
+    fn offer_twins(&mut self, _tree: &Tree, _at: Meeting, _number: u32, _instance: u32) -> bool {
+        false
+    }
     /// Takes the hits with a block of triangles; true ends the traversal. What single precision leaves open takes the
     /// exact test.
     #[inline(always)]
@@ -45,7 +50,10 @@ pub(crate) trait Query: Copy {
         number: u32,
         instance: u32,
     ) -> bool {
-        counts && at.t <= self.limit() && self.offer(at, Key::numbered(number, &tree.starts), instance)
+        counts
+            && at.t <= self.limit()
+            && (self.offer(at, Key::numbered(number, &tree.starts), instance)
+                || (Self::SEVERAL && self.offer_twins(tree, at, number, instance)))
     }
     /// What is answered.
     type Answer: Copy;
@@ -74,7 +82,8 @@ pub(crate) trait Query: Copy {
             open &= open - 1;
             if let Some(meeting) = block.meet::<M>(lane, ray)
                 && meeting.t <= self.limit()
-                && self.offer(meeting, Key::numbered(block.number(lane), &tree.starts), instance)
+                && (self.offer(meeting, Key::numbered(block.number(lane), &tree.starts), instance)
+                    || (Self::SEVERAL && self.offer_twins(tree, meeting, block.number(lane), instance)))
             {
                 return true;
             }

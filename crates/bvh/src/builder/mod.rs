@@ -10,6 +10,7 @@ mod parallel;
 mod presplit;
 mod refit;
 mod reinsert;
+mod twins;
 mod wide;
 
 pub(crate) use collect::{Collected, collect};
@@ -126,6 +127,8 @@ pub(crate) fn build(collected: Collected<'_>, options: &BuildOptions, threads: u
     let bins = options.bins.clamp(4, bins::MAX_BINS);
     let most = options.max_leaf.clamp(1, BLOCK);
     let high = options.quality == Quality::High;
+    let starts = wide::starts(geometries);
+    let twins = twins::take_out(&mut refs, geometries, &starts);
     let mut bounds = None;
     if high {
         // Parts may reach out of the box of all.
@@ -147,7 +150,8 @@ pub(crate) fn build(collected: Collected<'_>, options: &BuildOptions, threads: u
         reinsert::arrange(&mut tree, binary::SMALL, threads);
     }
     cover::plan(&mut tree, &refs, most, threads, |r| shares[r.key().geometry as usize]);
-    let (mut tree, shape) = wide::collapse(&tree, &refs, geometries, instances, threads);
+    let (mut tree, shape) = wide::collapse(&tree, &refs, geometries, starts, instances, threads);
+    tree.twins = twins;
     tree.bounds = bounds.unwrap_or(tree.bounds);
     tree.finish();
     (tree, shape)

@@ -3,6 +3,7 @@
 use super::box4::Reference as _;
 use super::collect::{Collected, corners, triangle_bounds};
 use super::parallel::{self, take};
+use super::twins::bits;
 use super::wide::half_area;
 use super::{BuildError, Shape};
 use crate::Geometry;
@@ -31,6 +32,17 @@ pub enum RefitError {
         "geometry {geometry}: primitive {primitive} could not be hit when the hierarchy was built, and now can"
     )]
     Appeared {
+        /// Index in the list of geometries.
+        geometry: usize,
+        /// Index in its geometry.
+        primitive: usize,
+    },
+    /// A triangle lay upon an earlier one, corner on corner, when the hierarchy was built, and no longer does, so that it
+    /// has no place in it.
+    #[error(
+        "geometry {geometry}: triangle {primitive} lay upon an earlier one when the hierarchy was built, and no longer does"
+    )]
+    Parted {
         /// Index in the list of geometries.
         geometry: usize,
         /// Index in its geometry.
@@ -87,6 +99,8 @@ fn check(tree: &Tree, new: &Collected<'_>) -> Result<usize, RefitError> {
     let lanes = |block: &TriangleBlock| (0..block.len()).map(|lane| block.number(lane)).collect::<Vec<_>>();
     tree.blocks.iter().flat_map(lanes).for_each(|number| placed[number as usize] = true);
     tree.dormant.iter().for_each(|dormant| placed[number(dormant.key)] = true);
+    check_twins(tree, new.geometries)?;
+    tree.twins.iter().for_each(|twin| placed[twin.number as usize] = true);
     let others = tree.spheres.iter().map(|s| s.key).chain(tree.quads.iter().map(|q| q.key));
     let others = others.chain(tree.disks.iter().map(|d| d.key)).chain(tree.users.iter().map(|u| u.key));
     let others: Vec<Key> =
@@ -111,6 +125,22 @@ fn check(tree: &Tree, new: &Collected<'_>) -> Result<usize, RefitError> {
         }
         None => Ok(triangles),
     }
+}
+
+/// All twins still are.
+fn check_twins(tree: &Tree, geometries: &[Geometry]) -> Result<(), RefitError> {
+    let corners_of = |key: Key| match &geometries[key.geometry as usize] {
+        Geometry::Triangles(mesh) => Some(bits(corners(mesh, key.prim as usize))),
+        _ => None,
+    };
+    for twin in &tree.twins {
+        let [first, key] = [twin.first, twin.number].map(|number| Key::numbered(number, &tree.starts));
+        if corners_of(first) != corners_of(key) {
+            let (geometry, primitive) = (key.geometry as usize, key.prim as usize);
+            return Err(RefitError::Parted { geometry, primitive });
+        }
+    }
+    Ok(())
 }
 
 /// Fills all blocks anew. Returns their boxes.

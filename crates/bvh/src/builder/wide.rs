@@ -90,11 +90,13 @@ struct Piece {
     depth: usize,
 }
 
-/// `refs` are those that the planned binary tree numbers. The tree is to be finished.
+/// `refs` are those that the planned binary tree numbers, `starts` the numbers of the first primitives of the geometries.
+/// The tree is to be finished.
 pub(super) fn collapse(
     binary: &Binary,
     refs: &[PrimRef],
     geometries: &[Geometry],
+    starts: Vec<u32>,
     instances: Vec<InstanceRecord>,
     threads: usize,
 ) -> (Tree, Shape) {
@@ -102,7 +104,6 @@ pub(super) fn collapse(
     let root_area = half_area(&bounds).max(f64::MIN_POSITIVE);
     let cover = Cover { nodes: &binary.nodes };
     let scale = binary.nodes.first().map_or(1.0, |root| root.extent().area_scale());
-    let starts = starts(geometries);
     let plan = Plan { cover, refs, geometries, instances: &instances, starts: &starts, root_area, scale };
     let (tree, shape) = plan.lay_out(binary.top, threads);
     // Parts of triangles may reach out of the box of all.
@@ -112,7 +113,7 @@ pub(super) fn collapse(
 }
 
 /// Numbers of the first primitives of the geometries among all.
-fn starts(geometries: &[Geometry]) -> Vec<u32> {
+pub(super) fn starts(geometries: &[Geometry]) -> Vec<u32> {
     let before = |next: &mut u32, geometry: &Geometry| {
         let start = *next;
         *next += super::collect::len(geometry) as u32;

@@ -71,6 +71,18 @@ impl<'f> Query for ClosestWhere<'f> {
         false
     }
 
+    fn offer_twins(&mut self, tree: &Tree, at: Meeting, number: u32, instance: u32) -> bool {
+        for twin in tree.twins_of(number) {
+            let key = Key::numbered(twin.number, &tree.starts);
+            // One that counts wins against all that follow.
+            if !self.best.yields_to(&at, key, instance) {
+                break;
+            }
+            self.offer(at, key, instance);
+        }
+        false
+    }
+
     type Answer = Hit;
     const NOTHING: Hit = Hit::MISS;
 
@@ -99,6 +111,11 @@ impl<'f> Query for AnyWhere<'f> {
     fn offer(&mut self, at: Meeting, key: Key, instance: u32) -> bool {
         self.any.found = self.judge.accepts(&at.hit(key, instance));
         self.any.found
+    }
+
+    fn offer_twins(&mut self, tree: &Tree, at: Meeting, number: u32, instance: u32) -> bool {
+        let mut twins = tree.twins_of(number).iter();
+        twins.any(|twin| self.offer(at, Key::numbered(twin.number, &tree.starts), instance))
     }
 
     type Answer = bool;

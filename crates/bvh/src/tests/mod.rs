@@ -15,6 +15,7 @@ mod primitives;
 mod properties;
 mod refits;
 mod scenes;
+mod twins;
 mod users;
 mod watertight;
 
@@ -44,7 +45,11 @@ fn ask_all(bvh: &Bvh, ray: &PreparedRay, take: &mut dyn FnMut(Hit), instance: u3
     };
     for block in tree.blocks.iter() {
         (0..block.len()).for_each(|lane| {
-            offer(block.meet::<Baseline>(lane, ray), Key::numbered(block.number(lane), &tree.starts))
+            let (meeting, number) = (block.meet::<Baseline>(lane, ray), block.number(lane));
+            let twins = tree.twins_of(number).iter().map(|twin| twin.number);
+            for number in std::iter::once(number).chain(twins) {
+                offer(meeting, Key::numbered(number, &tree.starts));
+            }
         });
     }
     for sphere in &tree.spheres {

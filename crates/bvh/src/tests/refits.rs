@@ -23,7 +23,7 @@ fn moved(mesh: &Mesh, rng: &mut Pcg32, by: f32) -> Mesh {
 }
 
 /// Both find the same along random rays, on all processors.
-fn check(old: &Bvh, new: &Bvh, rng: &mut Pcg32) {
+pub fn check(old: &Bvh, new: &Bvh, rng: &mut Pcg32) {
     assert_eq!(old.bounds(), new.bounds());
     assert_eq!(old.stats().primitives, new.stats().primitives);
     assert_eq!(old.stats().skipped, new.stats().skipped);

@@ -68,7 +68,7 @@ fn all_sizes(rng: &mut Pcg32) -> Scene {
 fn coincident(rng: &mut Pcg32) -> Scene {
     let one = bodies::soup(rng, 3, |_| Vec3::splat(1.0));
     let mut many = one.clone();
-    for i in 0..300 {
+    for i in 0..600 {
         let [a, b, c] = one.indices[i % 3];
         many.indices.push(if i % 2 == 0 { [a, b, c] } else { [c, b, a] });
     }

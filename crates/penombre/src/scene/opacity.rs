@@ -72,7 +72,7 @@ fn chance(ray: &Ray, hit: &Hit) -> f32 {
 mod tests {
     use super::*;
     use crate::Plan;
-    use crate::testing::from_toml;
+    use crate::testing::{from_toml, rendered};
     use penombre_lab::{Moments, Pcg32, kolmogorov_smirnov, sidak, z_test};
 
     /// Two squares [0, 1]² at z = 0 and, of the material, at z = 1; and the material's further tables.
@@ -211,5 +211,33 @@ mod tests {
         assert!(test.p_value > sidak(0.01, 2), "{test:?}");
         let nearer = Ray { t_max: 2.0, ..rays[0] };
         assert_eq!(chance(&nearer, &hit), chance(&rays[0], &hit));
+    }
+
+    /// Digest of a picture of a square whose texture is moved on each of `copies` further ones that lie upon it.
+    fn digest(copies: usize, material: &str) -> String {
+        let (first, further) = ("[0, 1, 2], [0, 2, 3]", ", [4, 5, 6], [4, 6, 7]".repeat(copies));
+        let corners = "[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]";
+        let text = format!(
+            "[render]\nsize = [24, 24]\nspp = 4\n[material.it]\ntype = \"diffuse\"\n{material}\n\
+            [texture.checks]\ntype = \"checker\"\nscale = [4, 4]\na = [1, 1, 1]\nb = [0, 0, 0]\n\
+            [texture.halves]\ntype = \"checker\"\nscale = [1, 2]\na = [0.2, 0.3, 0.9]\nb = [0.7, 0.2, 0.1]\n\
+            [light.sky]\ntype = \"environment\"\n[camera.main]\ntype = \"perspective\"\n\
+            position = [0.5, 0.4, 1.5]\ntarget = [0.5, 0.5, 0]\n\
+            [shape.squares]\ntype = \"mesh\"\nmaterial = \"it\"\npositions = [{corners}, {corners}]\n\
+            uvs = [[0, 0], [1, 0], [1, 1], [0, 1], [0.25, 0], [1.25, 0], [1.25, 1], [0.25, 1]]\n\
+            faces = [{first}{further}]"
+        );
+        let (plan, out) = from_toml(&text);
+        rendered(plan.unwrap_or_else(|| panic!("{out:?}"))).image().digest()
+    }
+
+    /// One copy is kept as it is, thousands are not: the picture is the same, also where the first one has holes.
+    #[test]
+    fn triangles_upon_others_are_seen_through_holes_alone() {
+        let colors = "color = { texture = \"checks\" }";
+        assert_eq!(digest(2000, colors), digest(0, colors));
+        let holes = "color = { texture = \"halves\" }\nopacity = { texture = \"checks\" }";
+        assert_eq!(digest(2000, holes), digest(1, holes));
+        assert_ne!(digest(1, holes), digest(0, holes));
     }
 }
