@@ -156,7 +156,8 @@ impl Bvh {
     ///
     /// # Errors
     /// Other kinds or numbers of primitives, primitives that could not be hit when the hierarchy was built and now can,
-    /// others than triangles that no longer can, triangles that lay upon an equal one and no longer do, and whatever [`Bvh::build`] refuses. The hierarchy is unchanged then.
+    /// others than triangles that no longer can, triangles that lay upon an equal one and no longer do, and whatever
+    /// [`Bvh::build`] refuses. The hierarchy is unchanged then.
     pub fn refit(&mut self, geometries: Vec<Geometry>) -> Result<(), RefitError> {
         let threads = builder::all_threads();
         builder::compare(&self.inventory, &builder::inventory(&geometries))?;
