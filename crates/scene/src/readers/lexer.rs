@@ -159,6 +159,11 @@ impl<'a> Lexer<'a> {
         }
     }
 
+    /// The next word, on this line or another; `None` at the end of the file.
+    pub fn word(&mut self) -> Option<Token<'a>> {
+        if self.next_word_line() { self.token() } else { None }
+    }
+
     /// Goes to the next line that holds a word. False at the end of the file.
     pub fn next_word_line(&mut self) -> bool {
         loop {

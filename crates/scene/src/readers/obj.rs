@@ -8,6 +8,7 @@
 mod pieces;
 
 use super::colors::{ColorScale, linear};
+use super::encoding;
 use super::faults::{Faults, Tally};
 use super::lexer::{Lexer, Number, Token, integer, number};
 use super::smoothing::Group;
@@ -88,6 +89,9 @@ const CORNER_HELP: &str =
 
 /// Reads an OBJ file. `None` after errors.
 pub(super) fn parse<'a>(bytes: &'a [u8], faults: &mut Faults<'a>) -> Option<ObjFile<'a>> {
+    if encoding::is_refused(bytes, faults) {
+        return None;
+    }
     faults.hold();
     let file = read(bytes, faults);
     faults.tell_in_order();

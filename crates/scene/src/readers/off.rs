@@ -6,6 +6,7 @@
 //! colour map indices are passed over. Not read: `4OFF`, `nOFF`, `OFF BINARY`.
 
 use super::colors::{ColorScale, linear};
+use super::encoding;
 use super::faults::{Faults, Tally};
 use super::lexer::{Lexer, Number, Token, integer, number};
 use super::soup::{Corner, Soup};
@@ -63,6 +64,9 @@ struct Reader<'a, 'f, 's> {
 
 /// Reads an OFF file. `None` after errors.
 pub(super) fn parse<'a>(bytes: &'a [u8], faults: &mut Faults<'a>) -> Option<TriangleMesh> {
+    if encoding::is_refused(bytes, faults) {
+        return None;
+    }
     let mut reader = Reader {
         lexer: Lexer::new(bytes, false),
         faults,
