@@ -51,7 +51,7 @@ const MAY_END_WORD: [bool; 256] = {
 };
 
 /// Byte order mark of UTF-8.
-const MARK: &[u8] = b"\xEF\xBB\xBF";
+pub(super) const MARK: &[u8] = b"\xEF\xBB\xBF";
 
 impl<'a> Lexer<'a> {
     /// Begins after the byte order mark, if there is one.
