@@ -102,7 +102,7 @@ impl<'a> Lexer<'a> {
     }
 
     /// The next word of this line as up to three whole numbers between slashes, 0 for those that are not there. `None`
-    /// if it is anything else, or if a number has more than nine digits: then nothing is passed over.
+    /// if it is anything else, a 0, or a number of more than nine digits: then nothing is passed over.
     #[inline]
     pub fn plain_indices(&mut self) -> Option<[u32; 3]> {
         self.skip_blanks();
@@ -114,7 +114,7 @@ impl<'a> Lexer<'a> {
                 *part = part.wrapping_mul(10).wrapping_add(u32::from(digit));
                 at += 1;
             }
-            if at - start > 9 {
+            if at - start > 9 || *part == 0 && at > start {
                 return None;
             }
             if k == 2 || word.get(at) != Some(&b'/') {
@@ -409,13 +409,13 @@ mod tests {
             ("1/2\n", ([1, 2, 0], 3)),
             ("1//3", ([1, 0, 3], 4)),
             ("1/2/3\r\n", ([1, 2, 3], 5)),
-            ("999999999/0/", ([999_999_999, 0, 0], 12)),
+            ("999999999/8/", ([999_999_999, 8, 0], 12)),
             ("/7 ", ([0, 7, 0], 2)),
         ] {
             assert_eq!(read(text), (Some(expected.0), expected.1), "{text}");
         }
         for text in
-            ["", "-1", "1000000000", "4294967297", "1/2/3/4", "1/2/3/", "1.5", "+1", "a", "1\\\n2", "#"]
+            ["", "-1", "0", "1/0", "1//0 ", "1000000000", "4294967297", "1/2/3/4", "1/2/3/", "1.5", "+1", "a", "1\\\n2", "#"]
         {
             assert_eq!(read(text), (None, 0), "{text}");
         }
