@@ -22,7 +22,9 @@ fn of_bytes(bytes: &[u8]) -> Option<&'static str> {
         let is_letter = |b: u8| matches!(b, 9..=13 | 32..=126);
         let units = head.chunks_exact(unit);
         units.len() >= 4
-            && units.clone().all(|u| u.iter().enumerate().all(|(i, b)| if i == letter { is_letter(*b) } else { *b == 0 }))
+            && units
+                .clone()
+                .all(|u| u.iter().enumerate().all(|(i, b)| if i == letter { is_letter(*b) } else { *b == 0 }))
     };
     match () {
         () if spelt(2, 0) || spelt(2, 1) => Some("UTF-16"),
@@ -62,7 +64,15 @@ mod tests {
                 }
             }
         }
-        for bytes in [&b"solid a\n"[..], b"", b"\0", b"a\0b\0", b"\xef\xbb\xbfOFF", &[0; 100], &[1, 0, 2, 0, 3, 0, 4, 0]] {
+        for bytes in [
+            &b"solid a\n"[..],
+            b"",
+            b"\0",
+            b"a\0b\0",
+            b"\xef\xbb\xbfOFF",
+            &[0; 100],
+            &[1, 0, 2, 0, 3, 0, 4, 0],
+        ] {
             assert_eq!(of_bytes(bytes), None, "{bytes:?}");
         }
     }

@@ -33,7 +33,10 @@ impl fmt::Display for GzipFault {
             Self::Truncated(at) => write!(f, "byte {at}: found the end of the gzip data, expected more"),
             Self::Damaged(at) => write!(f, "about byte {at}: found damaged gzip data, expected sound ones"),
             Self::Trailing(at) => {
-                write!(f, "byte {at}: found bytes that are no gzip data behind those that are, expected the end of the file")
+                write!(
+                    f,
+                    "byte {at}: found bytes that are no gzip data behind those that are, expected the end of the file"
+                )
             }
             Self::TooLarge { limit } => {
                 write!(f, "byte 0: found gzip data that unpack to more than {limit} bytes, expected fewer")

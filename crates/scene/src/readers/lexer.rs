@@ -2,6 +2,8 @@
 //!
 //! Nothing here counts lines: a fault names its byte, and [`super::faults`] finds the line when it needs it.
 
+use crate::printable::push;
+
 /// A word and where it begins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Token<'a> {
@@ -17,12 +19,12 @@ impl Token<'_> {
         String::from_utf8_lossy(self.text).into_owned()
     }
 
-    /// The word for a message: at most 40 characters, none of them a control character.
+    /// The word for a message: at most 40 characters, those that are not seen replaced or escaped.
     pub fn shortened(&self) -> String {
         const MOST: usize = 40;
         let text = self.lossy();
-        let shown = text.chars().map(|c| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c });
-        let mut shown: String = shown.take(MOST).collect();
+        let mut shown = String::new();
+        text.chars().take(MOST).for_each(|c| push(&mut shown, c));
         if text.chars().nth(MOST).is_some() {
             shown.push('…');
         }
@@ -414,11 +416,31 @@ mod tests {
         ] {
             assert_eq!(read(text), (Some(expected.0), expected.1), "{text}");
         }
-        for text in
-            ["", "-1", "0", "1/0", "1//0 ", "1000000000", "4294967297", "1/2/3/4", "1/2/3/", "1.5", "+1", "a", "1\\\n2", "#"]
-        {
+        for text in [
+            "",
+            "-1",
+            "0",
+            "1/0",
+            "1//0 ",
+            "1000000000",
+            "4294967297",
+            "1/2/3/4",
+            "1/2/3/",
+            "1.5",
+            "+1",
+            "a",
+            "1\\\n2",
+            "#",
+        ] {
             assert_eq!(read(text), (None, 0), "{text}");
         }
+    }
+
+    #[test]
+    fn words_are_shown_short_and_without_hidden_characters() {
+        let shown = |text: &str| Token { text: text.as_bytes(), at: 0 }.shortened();
+        assert_eq!(shown("\u{202e}live\u{1b}"), "\\u{202e}live\u{fffd}");
+        assert_eq!(shown(&"é".repeat(41)), format!("{}…", "é".repeat(40)));
     }
 
     #[test]

@@ -262,7 +262,10 @@ fn image_of(
         .or_else(|fault| beside(&map.file, &far, folders, fault));
     match found {
         Ok(path) => {
-            if !is_exact && let Some(message) = elsewhere(&Token { text: map.file.as_bytes(), at: 0 }.shortened(), &path, folders, faults) {
+            if !is_exact
+                && let Some(message) =
+                    elsewhere(&Token { text: map.file.as_bytes(), at: 0 }.shortened(), &path, folders, faults)
+            {
                 faults.at_span(Severity::Warning, "mtl::image", map.span, message, ELSEWHERE_HELP);
             }
             Some(path)

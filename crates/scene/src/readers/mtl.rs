@@ -80,11 +80,7 @@ struct Said<'a> {
 
 /// Reads a library. Faults are warnings: what cannot be read keeps its default. `names`: those of the materials before,
 /// also of other libraries.
-pub(super) fn parse(
-    bytes: &[u8],
-    names: &mut HashSet<String>,
-    faults: &mut Faults<'_>,
-) -> Vec<MtlMaterial> {
+pub(super) fn parse(bytes: &[u8], names: &mut HashSet<String>, faults: &mut Faults<'_>) -> Vec<MtlMaterial> {
     let mut lexer = Lexer::new(bytes, true);
     let mut materials: Vec<MtlMaterial> = Vec::new();
     let mut said: Vec<Said<'_>> = Vec::new();
@@ -109,7 +105,12 @@ pub(super) fn parse(
 }
 
 /// Reads the name of a material.
-fn name(lexer: &mut Lexer<'_>, word: Token<'_>, names: &mut HashSet<String>, faults: &mut Faults<'_>) -> String {
+fn name(
+    lexer: &mut Lexer<'_>,
+    word: Token<'_>,
+    names: &mut HashSet<String>,
+    faults: &mut Faults<'_>,
+) -> String {
     let found = lexer.rest();
     let name = found.map_or_else(String::new, |t| t.lossy());
     if found.is_none() {

@@ -95,8 +95,14 @@ fn errors_name_their_place() {
             "vt 0 0\nf 1/0 2/1 3/1",
             "error obj::index m.obj:5:3 found texture vertex 0 in the face, expected an index from 1",
         ),
-        ("vn 0 0 1\nf 1//1 2//0 3//1", "error obj::index m.obj:5:8 found normal 0 in the face, expected an index from 1"),
-        ("vn 0 0 1\nf 1//1 -2/-0 3//1", "error obj::index m.obj:5:8 found texture vertex 0 in the face, expected an index from 1"),
+        (
+            "vn 0 0 1\nf 1//1 2//0 3//1",
+            "error obj::index m.obj:5:8 found normal 0 in the face, expected an index from 1",
+        ),
+        (
+            "vn 0 0 1\nf 1//1 -2/-0 3//1",
+            "error obj::index m.obj:5:8 found texture vertex 0 in the face, expected an index from 1",
+        ),
         ("f 1 2 9", "error obj::index m.obj:4:7 found vertex 9 in the face, expected 1 to 3"),
         (
             "f 1 2 99999999999999999999",

@@ -123,10 +123,22 @@ fn faults_name_their_place() {
             "OFF\n3 1 4000000000\n0 0 0\n",
             "error off::counts m.off:2:5 4000000000 edges are announced: found 7 bytes behind that, expected more",
         ),
-        ("OFF\n3 1 -1\n0 0 0", "error off::counts m.off:2:5 found `-1`, expected the number of edges, 0 or more"),
-        ("OFF\n3 1\nx\n0 0 0", "error off::counts m.off:3:1 found `x`, expected the number of edges, 0 or more"),
-        ("OFF 3 1 nan\n0 0 0", "error off::counts m.off:1:9 found `nan`, expected the number of edges, 0 or more"),
-        ("OFF 3 1 2.5\n0 0 0", "error off::counts m.off:1:9 found `2.5`, expected the number of edges, 0 or more"),
+        (
+            "OFF\n3 1 -1\n0 0 0",
+            "error off::counts m.off:2:5 found `-1`, expected the number of edges, 0 or more",
+        ),
+        (
+            "OFF\n3 1\nx\n0 0 0",
+            "error off::counts m.off:3:1 found `x`, expected the number of edges, 0 or more",
+        ),
+        (
+            "OFF 3 1 nan\n0 0 0",
+            "error off::counts m.off:1:9 found `nan`, expected the number of edges, 0 or more",
+        ),
+        (
+            "OFF 3 1 2.5\n0 0 0",
+            "error off::counts m.off:1:9 found `2.5`, expected the number of edges, 0 or more",
+        ),
         ("OFF\n3", "error off::truncated m.off:2:2 found the end of the file, expected the number of faces"),
         (
             "OFF\n1 1\n0 0 0\n",
@@ -195,9 +207,18 @@ fn what_is_said_in_vain_is_a_warning() {
     );
     // Colours that are none are left out; a face without corners is thin.
     for (face, expected) in [
-        ("3 0 1 2 nan 0 0", "face-color m.off:6:9 this is no face colour and is passed over, expected 3 or 4 numbers"),
-        ("3 0 1 2 1 0", "face-color m.off:6:9 this is no face colour and is passed over, expected 3 or 4 numbers"),
-        ("3 0 1 2 0.5", "face-color m.off:6:9 this is no face colour and is passed over, expected 3 or 4 numbers"),
+        (
+            "3 0 1 2 nan 0 0",
+            "face-color m.off:6:9 this is no face colour and is passed over, expected 3 or 4 numbers",
+        ),
+        (
+            "3 0 1 2 1 0",
+            "face-color m.off:6:9 this is no face colour and is passed over, expected 3 or 4 numbers",
+        ),
+        (
+            "3 0 1 2 0.5",
+            "face-color m.off:6:9 this is no face colour and is passed over, expected 3 or 4 numbers",
+        ),
         ("3 0 1 2\n0", "thin-face m.off:7:1 a face with fewer than 3 corners is left out"),
         ("3 0 1 2\n1 0", "thin-face m.off:7:1 a face with fewer than 3 corners is left out"),
     ] {

@@ -66,7 +66,10 @@ fn damaged_packs_are_told_with_their_byte() {
     let garbage = loaded(folder.path(), "long.ply.gz", &[&whole[..], b"more than that"].concat());
     assert_eq!(
         messages(&garbage),
-        [format!("error asset::gzip `long.ply.gz`: byte {}: found bytes that are no gzip data behind those that are, expected the end of the file", whole.len())]
+        [format!(
+            "error asset::gzip `long.ply.gz`: byte {}: found bytes that are no gzip data behind those that are, expected the end of the file",
+            whole.len()
+        )]
     );
     let padded = loaded(folder.path(), "padded.ply.gz", &[&whole[..], &[0; 1000]].concat());
     assert_eq!((mesh(&padded).indices.len(), messages(&padded).len()), (1, 0));

@@ -280,10 +280,7 @@ fn faults_of_headers_name_their_place() {
             "ply\nelement vertex 18446744073709551616\n",
             "error ply::count m.ply:2:16 found `18446744073709551616`, expected the number of rows of `vertex`, below 2⁶³",
         ),
-        (
-            "ply\nelement vertex 3 4\n",
-            "error ply::header m.ply:2:18 found `4`, expected the end of the line",
-        ),
+        ("ply\nelement vertex 3 4\n", "error ply::header m.ply:2:18 found `4`, expected the end of the line"),
         (
             "ply\nelement a 1\nproperty int x y\n",
             "error ply::header m.ply:3:16 found `y`, expected the end of the line",
@@ -414,7 +411,8 @@ fn faults_of_data_name_their_place() {
     }
     let huge = header(&format!("vertex 9223372036854775806; {XYZ}; face 1; {LIST}"));
     let message = read(format!("{huge}{points}").as_bytes()).only();
-    let expected = "9223372036854775806 rows of `vertex` are announced: expected at least 55340232221128654836 bytes";
+    let expected =
+        "9223372036854775806 rows of `vertex` are announced: expected at least 55340232221128654836 bytes";
     assert!(message.contains(expected), "{message}");
     let huge = header(&format!("vertex 4000000000; {XYZ}; face 1; {LIST}"));
     let message = read(format!("{huge}{points}").as_bytes()).only();
@@ -510,16 +508,27 @@ fn a_byte_order_mark_may_stand_first() {
 fn attributes_that_are_not_finite_are_told_and_replaced() {
     let normals = "double nx; float ny; float nz";
     let colors = "float red; float green; float blue";
-    let head = header(&format!("vertex 3; {XYZ}; {normals}; float s; float t; {colors}; face 1; {LIST}; {colors}"));
+    let head =
+        header(&format!("vertex 3; {XYZ}; {normals}; float s; float t; {colors}; face 1; {LIST}; {colors}"));
     let rows = "0 0 0 0 0 1 0 0 1 0 0\n1 0 0 0 nan 1 nan 0 0 inf 0\n0 1 0 1e300 0 1 0 1 nan 0 0\n";
     let text = format!("{head}{rows}3 0 1 2 0 nan 0\n");
     let said = [
-        ("ply::normal", "vertex 1", " has a normal that is not finite: it has none (2 times, here the first)"),
+        (
+            "ply::normal",
+            "vertex 1",
+            " has a normal that is not finite: it has none (2 times, here the first)",
+        ),
         ("ply::uv", "vertex 1", " has texture coordinates that are not finite: taken as 0"),
-        ("ply::color", "vertex 1", " has a colour that is not finite: taken as white (2 times, here the first)"),
+        (
+            "ply::color",
+            "vertex 1",
+            " has a colour that is not finite: taken as white (2 times, here the first)",
+        ),
         ("ply::color", "face 0", " has a colour that is not finite: taken as white"),
     ];
-    for (bytes, is_text) in [(text.clone().into_bytes(), true), (as_binary(&text, false), false), (as_binary(&text, true), false)] {
+    for (bytes, is_text) in
+        [(text.clone().into_bytes(), true), (as_binary(&text, false), false), (as_binary(&text, true), false)]
+    {
         let read = read(&bytes);
         let messages = read.messages();
         assert_eq!(messages.len(), 4, "{messages:?}");
@@ -543,7 +552,9 @@ fn attributes_that_are_not_finite_are_told_and_replaced() {
     let text = format!("{head}0 0 0\n1 0 0\n0 1 0\n{faces}");
     for bytes in [text.clone().into_bytes(), as_binary(&text, false)] {
         let messages = read(&bytes).messages();
-        assert!(messages.len() == 2 && messages.iter().all(|m| m.contains("face 1") && m.contains("(299 times")));
+        assert!(
+            messages.len() == 2 && messages.iter().all(|m| m.contains("face 1") && m.contains("(299 times"))
+        );
     }
     let head = header(&format!("vertex 3; {XYZ}; face 300; {LIST}; {colors}"));
     let text = format!("{head}0 0 0\n1 0 0\n0 1 0\n{}3 0 1 2 nan 0 0\n", "3 0 1 2 0 0 1\n".repeat(299));
@@ -564,14 +575,19 @@ fn numbers_too_large_for_single_precision_are_called_so() {
         let text = with(v);
         for bytes in [text.clone().into_bytes(), as_binary(&text, false), as_binary(&text, true)] {
             let message = read(&bytes).only();
-            assert!(message.ends_with(&format!("found vertex 1 with a position that is {expected}")), "{message}");
+            assert!(
+                message.ends_with(&format!("found vertex 1 with a position that is {expected}")),
+                "{message}"
+            );
         }
     }
 }
 
 #[test]
 fn numbers_of_texts_beyond_their_type_are_told() {
-    let head = header(&format!("vertex 3; uchar x; short y; float z; face 1; list uchar int vertex_indices; uchar red; uchar green; uchar blue"));
+    let head = header(&format!(
+        "vertex 3; uchar x; short y; float z; face 1; list uchar int vertex_indices; uchar red; uchar green; uchar blue"
+    ));
     let points = "0 0 0\n300 0 0\n0 1 0\n";
     let one = read(format!("{head}{points}3 0 1 2 9 9 9\n").as_bytes());
     assert_eq!(

@@ -91,7 +91,11 @@ fn texts_must_have_all_words() {
         ("endfacet\n", "", "8:1 found `endsolid`, expected `endfacet`"),
         ("endsolid one name\n", "", "9:1 found `SOLID`, expected `facet` or `endsolid`"),
         ("endsolid one name", "endsolid\nmore", "10:1 found `more`, expected `solid` or the end of the file"),
-        ("ENDSOLID\n", "ENDSOLID\n\0\0", "19:1 found `\u{fffd}\u{fffd}`, expected `solid` or the end of the file"),
+        (
+            "ENDSOLID\n",
+            "ENDSOLID\n\0\0",
+            "19:1 found `\u{fffd}\u{fffd}`, expected `solid` or the end of the file",
+        ),
     ];
     for (from, to, expected) in statements {
         assert_eq!(changed(from, to), format!("error stl::statement m.stl:{expected}"));
@@ -126,10 +130,14 @@ fn texts_that_were_cut_say_what_is_missing() {
         (behind("ENDFACET"), "17:11", "`facet` or `endsolid`"),
     ];
     for (at, place, expected) in cases {
-        let message = format!("error stl::truncated m.stl:{place} found the end of the file, expected {expected}");
+        let message =
+            format!("error stl::truncated m.stl:{place} found the end of the file, expected {expected}");
         assert_eq!(cut(at), message);
     }
-    assert_eq!(cut(behind("vertex 0 0")), "error stl::vertex m.stl:4:1 the vertex: found 2 numbers, expected 3: x y z");
+    assert_eq!(
+        cut(behind("vertex 0 0")),
+        "error stl::vertex m.stl:4:1 the vertex: found 2 numbers, expected 3: x y z"
+    );
     // Whatever is missing at the end, it is no file.
     let ends = [TEXT.len(), TEXT.len() - 1, behind("endsolid one name\n"), behind("endsolid")];
     for at in (0..TEXT.len()).filter(|at| !ends.contains(at)) {
@@ -174,14 +182,18 @@ fn texts_are_not_taken_as_binary() {
         stl(&page).only(),
         "error stl::statement m.stl:1:1 found text that begins with `<!DOCTYPE`, expected `solid`"
     );
-    let expected = "error stl::statement m.stl:1:1 found text that begins with `\u{fffd}solid`, expected `solid`";
+    let expected =
+        "error stl::statement m.stl:1:1 found text that begins with `\u{fffd}solid`, expected `solid`";
     assert_eq!(stl(format!("\u{1}{TEXT}")).only(), expected);
     for big in [false, true] {
-        let wide: Vec<u8> = TEXT.encode_utf16().flat_map(|u| if big { u.to_be_bytes() } else { u.to_le_bytes() }).collect();
+        let wide: Vec<u8> =
+            TEXT.encode_utf16().flat_map(|u| if big { u.to_be_bytes() } else { u.to_le_bytes() }).collect();
         assert_eq!(stl(wide).only(), "error mesh::encoding m.stl:1:1 found text in UTF-16, expected UTF-8");
     }
     // Whatever a binary file has as its text.
-    for header in ["solid", "solid x\nfacet normal 0 0 1\nouter loop", "\u{feff}solid", "facet normal", "Made by x"] {
+    for header in
+        ["solid", "solid x\nfacet normal 0 0 1\nouter loop", "\u{feff}solid", "facet normal", "Made by x"]
+    {
         assert_eq!(stl(binary(header, &TRIANGLES)).file(), stl(TEXT).file());
         let whole = binary(header, &TRIANGLES);
         assert!(stl(&whole[..whole.len() - 1]).only().starts_with("error stl::truncated"), "{header}");

@@ -99,7 +99,8 @@ impl<'a> Misfits<'a> {
 
     fn tell(&self, faults: &mut Faults<'a>) {
         if let Some((word, scalar)) = self.first {
-            let message = format!("found `{}`, expected {}: used as it stands", word.shortened(), numbers_of(scalar));
+            let message =
+                format!("found `{}`, expected {}: used as it stands", word.shortened(), numbers_of(scalar));
             let help = "the header gives the property a type that does not hold all of its numbers";
             faults.tally("ply::range", &self.tally, &message, help);
         }

@@ -13,9 +13,8 @@ const FACET: &str = "a triangle is `facet normal x y z`, `outer loop`, three tim
 /// has letters: they would be 150 million triangles. A few control characters are damage; text that begins with
 /// `solid` may have more.
 pub(super) fn is_text(bytes: &[u8]) -> bool {
-    let controls = |bytes: &[u8]| {
-        bytes.iter().filter(|b| b.is_ascii_control() && !matches!(**b, 9..=13)).count()
-    };
+    let controls =
+        |bytes: &[u8]| bytes.iter().filter(|b| b.is_ascii_control() && !matches!(**b, 9..=13)).count();
     let head = &bytes[..bytes.len().min(HEADER)];
     let has_solid = Lexer::new(bytes, false).word().is_some_and(|w| is(w, "solid"));
     let has_count = bytes.get(HEADER - 4..HEADER).is_some_and(|count| controls(count) > 0);
@@ -56,8 +55,7 @@ impl<'a> Reader<'a, '_> {
                 Some(())
             }
             Some(word) => {
-                let message =
-                    format!("found text that begins with `{}`, expected `solid`", word.shortened());
+                let message = format!("found text that begins with `{}`, expected `solid`", word.shortened());
                 self.faults.error("stl::statement", word, message, super::HELP);
                 None
             }
