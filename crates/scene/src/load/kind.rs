@@ -111,7 +111,8 @@ pub fn of_file(path: &Path, bytes: &[u8]) -> Result<FileKind, Unreadable> {
         };
         return Err(unreadable(format!("found {what}, expected a scene or mesh"), help));
     }
-    let scene = bytes.starts_with(b"glTF").then_some("a binary glTF scene");
+    let scene = [(&b"glTF"[..], "a binary glTF scene"), (b"Kaydara FBX Binary", "an FBX scene")];
+    let scene = scene.iter().find(|(magic, _)| bytes.starts_with(magic)).map(|(_, what)| *what);
     let by_name = NOT_YET.iter().find(|(known, _)| *known == ending).map(|(_, what)| *what);
     if let Some(what) = scene.or(by_name) {
         return Err(unreadable(
