@@ -220,12 +220,8 @@ impl Vertices {
         }
     }
 
-    /// Takes the rows of a block. `starts`: their offsets.
-    fn add(&mut self, layout: &Layout, block: &Block, rows: usize, starts: &[usize; BLOCK]) {
-        let vector = |channels: [usize; 3], i: usize| Vec3::from_array(channels.map(|c| block[c][i]));
-        let first = self.positions.len();
-        let place = |i: usize| Place { row: first + i, at: starts[i] };
-        self.positions.extend((0..rows).map(|i| vector(POSITION, i)));
+    /// Zeroes and notes the positions from `first` on, those of a block, that are not finite.
+    fn take_out_broken(&mut self, layout: &Layout, block: &Block, first: usize) {
         for (i, position) in self.positions[first..].iter_mut().enumerate() {
             if !position.is_finite() {
                 *position = Vec3::ZERO;
@@ -238,23 +234,34 @@ impl Vertices {
                 self.broken.push(Broken { index: (first + i) as u32, is_large });
             }
         }
+    }
+
+    /// Takes the rows of a block. `starts`: their offsets.
+    fn add(&mut self, layout: &Layout, block: &Block, rows: usize, starts: &[usize; BLOCK]) {
+        let vector = |channels: [usize; 3], i: usize| Vec3::from_array(channels.map(|c| block[c][i]));
+        let first = self.positions.len();
+        let place = |i: usize| Place { row: first + i, at: starts[i] };
+        self.positions.extend((0..rows).map(|i| vector(POSITION, i)));
+        self.take_out_broken(layout, block, first);
+        let odd = &mut self.odd;
         if layout.has(&NORMAL) {
-            for i in 0..rows {
+            self.normals.extend((0..rows).map(|i| {
                 let normal = vector(NORMAL, i);
                 if !normal.is_finite() {
-                    self.odd.normals.add(place(i));
+                    odd.normals.add(place(i));
                 }
-                self.normals.push(normal.as_dvec3().normalize_or_zero().as_vec3());
-            }
+                normal.as_dvec3().normalize_or_zero().as_vec3()
+            }));
         }
         if layout.has(&UV) {
-            for i in 0..rows {
+            self.uvs.extend((0..rows).map(|i| {
                 let uv = Vec2::from_array(UV.map(|c| block[c][i]));
-                if !uv.is_finite() {
-                    self.odd.uvs.add(place(i));
+                if uv.is_finite() {
+                    return uv;
                 }
-                self.uvs.push(if uv.is_finite() { uv } else { Vec2::ZERO });
-            }
+                odd.uvs.add(place(i));
+                Vec2::ZERO
+            }));
         }
         if layout.has(&COLOR) {
             self.colors.extend(block, rows, &mut self.odd.colors, place);
