@@ -24,9 +24,10 @@ pub fn print(diagnostics: &Diagnostics, sources: &Sources, quiet: bool) {
             terminal::err(render_plain(diagnostic, sources).trim_end());
         }
     }
-    for (count, what) in printed.into_iter().zip(["errors", "warnings", "remarks"]) {
+    for (count, what) in printed.into_iter().zip(["error", "warning", "remark"]) {
         if count > MOST {
-            terminal::err(&format!("… and {} more {what}: `penombre check --json` tells all", count - MOST));
+            let (more, plural) = (count - MOST, if count == MOST + 1 { "" } else { "s" });
+            terminal::err(&format!("… and {more} more {what}{plural}: `penombre check --json` tells all"));
         }
     }
 }

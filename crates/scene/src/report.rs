@@ -129,7 +129,7 @@ impl Excerpt {
         let data = &self.text().as_bytes()[part];
         let lines = data.iter().filter(|b| **b == b'\n').count() + 1;
         let (line, column) = (at.line as usize - 1, at.column as usize - 1);
-        MietteSpanContents::new_named(self.0.name.clone(), data, span, line, column, lines)
+        MietteSpanContents::new_named(harmless(&self.0.name).into_owned(), data, span, line, column, lines)
     }
 }
 
