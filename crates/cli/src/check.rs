@@ -4,8 +4,8 @@ use crate::args::{CheckArgs, Verbosity};
 use crate::memory::Use;
 use crate::scene::examine;
 use crate::{Exit, report, terminal};
-use penombre_scene::Severity;
 use penombre_scene::report::to_json;
+use penombre_scene::{Severity, harmless};
 
 /// Prints all faults and advice about a scene and renders nothing.
 pub fn run(args: &CheckArgs, verbosity: &Verbosity) -> Exit {
@@ -20,7 +20,8 @@ pub fn run(args: &CheckArgs, verbosity: &Verbosity) -> Exit {
         report::print(&loaded.diagnostics, &loaded.sources, verbosity.quiet);
         let part = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
         let (warnings, advice) = (part(count(Severity::Warning), "warning"), count(Severity::Advice));
-        let summary = format!("{}: {}, {warnings}, {advice} advice", args.scene.scene, part(errors, "error"));
+        let scene = harmless(&args.scene.scene);
+        let summary = format!("{scene}: {}, {warnings}, {advice} advice", part(errors, "error"));
         if !verbosity.quiet {
             terminal::out(&summary);
         }

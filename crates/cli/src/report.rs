@@ -4,15 +4,30 @@ use crate::terminal;
 use penombre_scene::report::{render_plain, report};
 use penombre_scene::{Diagnostics, Severity, Sources};
 
+/// Errors, warnings and remarks that are printed, of each so many: the first of them say enough.
+const MOST: usize = 20;
+
 /// Prints faults to standard error: drawn for people at a terminal, plain elsewhere. `quiet` leaves out all but
-/// errors.
+/// errors. Of many the first are printed, and how many more there are.
 pub fn print(diagnostics: &Diagnostics, sources: &Sources, quiet: bool) {
     let drawn = terminal::is_interactive();
+    let mut printed = [0; 3];
     for diagnostic in diagnostics.iter().filter(|d| !quiet || d.severity == Severity::Error) {
+        let count = &mut printed[diagnostic.severity as usize];
+        *count += 1;
+        if *count > MOST {
+            continue;
+        }
         if drawn {
             terminal::err(format!("{:?}", report(diagnostic, sources)).trim_end());
         } else {
             terminal::err(render_plain(diagnostic, sources).trim_end());
+        }
+    }
+    for (count, what) in printed.into_iter().zip(["error", "warning", "remark"]) {
+        if count > MOST {
+            let (more, plural) = (count - MOST, if count == MOST + 1 { "" } else { "s" });
+            terminal::err(&format!("… and {more} more {what}{plural}: `penombre check --json` tells all"));
         }
     }
 }

@@ -8,7 +8,7 @@ use penombre::Plan;
 use penombre::integrator::{Classic, PathTracer};
 use penombre::render::MemoryEstimate;
 use penombre_scene::load::{LoadOptions, Loaded, load_observed};
-use penombre_scene::{Diagnostics, Node, Role, SceneDescription, Span, Value, ValueKind};
+use penombre_scene::{Diagnostics, Node, Role, SceneDescription, Span, Value, ValueKind, harmless};
 use std::time::Instant;
 
 /// A loaded scene, ready to run.
@@ -47,7 +47,8 @@ pub fn prepare(args: &SceneArgs, usage: Use<'_>, verbosity: &Verbosity) -> Optio
     let errors = loaded.diagnostics.count(penombre_scene::Severity::Error);
     if errors > 0 {
         let plural = if errors == 1 { "" } else { "s" };
-        terminal::err(&format!("{}: {errors} error{plural}, nothing was rendered", args.scene));
+        let scene = harmless(&args.scene);
+        terminal::err(&format!("{scene}: {errors} error{plural}, nothing was rendered"));
         return None;
     }
     plan.map(|plan| Prepared { loaded, plan, load_s, build_s, memory })

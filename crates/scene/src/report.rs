@@ -1,10 +1,10 @@
 //! Faults as people and programs read them.
 
 use crate::diagnostic::{Diagnostic, Diagnostics, Severity};
+use crate::printable::{harmless, of_one_length};
 use crate::span::{SourceFile, Sources, Span};
 use miette::{LabeledSpan, MietteError, MietteSpanContents, SourceCode, SourceSpan, SpanContents};
 use serde_json::{Value, json};
-use std::borrow::Cow;
 use std::fmt;
 use std::ops::Range;
 
@@ -87,15 +87,8 @@ impl Excerpt {
     /// for every fault.
     fn around(file: &SourceFile, at: usize) -> (Self, u32) {
         let (mut file, start) = file.around(at);
-        // Of one length with what they stand for, so that places stay.
-        let shown = |c: char| match c {
-            '\n' | '\r' | '\t' => c,
-            c if c.is_ascii_control() => '?',
-            c if c.is_control() => '·',
-            c => c,
-        };
-        if file.text.chars().any(|c| shown(c) != c) {
-            file.text = file.text.chars().map(shown).collect::<String>().into();
+        if file.text.chars().any(|c| of_one_length(c) != c) {
+            file.text = file.text.chars().map(of_one_length).collect::<String>().into();
         }
         (Self(file), start as u32)
     }
@@ -136,7 +129,7 @@ impl Excerpt {
         let data = &self.text().as_bytes()[part];
         let lines = data.iter().filter(|b| **b == b'\n').count() + 1;
         let (line, column) = (at.line as usize - 1, at.column as usize - 1);
-        MietteSpanContents::new_named(self.0.name.clone(), data, span, line, column, lines)
+        MietteSpanContents::new_named(harmless(&self.0.name).into_owned(), data, span, line, column, lines)
     }
 }
 
@@ -161,14 +154,6 @@ impl SourceCode for Excerpt {
         };
         Ok(Box::new(self.contents(part)))
     }
-}
-
-/// A text that does a terminal no harm: names in scenes may hold anything.
-fn harmless(text: &str) -> Cow<'_, str> {
-    if !text.contains(char::is_control) {
-        return text.into();
-    }
-    text.chars().map(|c| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c }).collect()
 }
 
 /// The last character boundary at or before `at`.

@@ -121,6 +121,39 @@ fn lists_of_ply_that_lie() {
     mesh("a.ply", nothing.as_bytes(), "OK");
 }
 
+#[test]
+fn of_many_faults_the_first_are_told() {
+    let folder = Folder::new();
+    std::fs::write(folder.path("bad.png"), b"\x89PNG\r\n\x1a\nno more").unwrap();
+    let texture = |i: usize| {
+        format!(
+            "[texture.t{i}]\ntype = \"image\"\nfile = \"bad.png\"\n[material.m{i}]\ntype = \"diffuse\"\ncolor = {{ texture = \"t{i}\" }}\n"
+        )
+    };
+    folder.write("many.toml", &format!("penombre = 1\n{}", (0..300).map(texture).collect::<String>()));
+    let letter = "Dear reader, this is a letter: it is no scene\n".repeat(500);
+    folder.write("letter.toml", &letter);
+    for name in ["many.toml", "letter.toml"] {
+        let json = folder.run(&["check", "--json", name]).stdout;
+        let all: serde_json::Value = serde_json::from_slice(&json).unwrap();
+        let errors = all.as_array().unwrap().iter().filter(|fault| fault["severity"] == "error").count();
+        assert!(errors > 20, "{errors}");
+        let said = folder.refused(&["render", name]);
+        assert_eq!(said.lines().filter(|line| line.starts_with("error: ")).count(), 20, "{said}");
+        let (more, plural) = (errors - 20, if errors == 21 { "" } else { "s" });
+        let rest = format!("… and {more} more error{plural}: `penombre check --json` tells all");
+        assert!(said.contains(&rest) && said.len() < 10_000, "{said}");
+    }
+}
+
+#[test]
+fn names_that_are_odd_are_names() {
+    let face = format!("{TRIANGLE}f 1 2 3\n");
+    assert_eq!(mesh("a:b.obj", face.as_bytes(), "OK"), "");
+    let turned = mesh("\u{202e}jbo.obj", format!("usemtl \u{202e}der\u{feff}\n{face}").as_bytes(), "OK");
+    assert!(turned.contains("`\\u{202e}der\\u{feff}`") && !turned.contains('\u{202e}'), "{turned}");
+}
+
 /// A chunk of a PNG file.
 fn chunk(kind: &[u8; 4], data: &[u8]) -> Vec<u8> {
     let crc = !kind.iter().chain(data).fold(!0u32, |crc, byte| {

@@ -190,9 +190,11 @@ fn check_name(name: &str) -> Result<(), PathFault> {
     if is_scheme || name.contains("://") {
         return Err(PathFault::Address { name: name.chars().take(200).collect() });
     }
-    // Drives and network shares of Windows, on every system alike.
-    let b = name.as_bytes();
-    let drive = b.len() >= 2 && b[0].is_ascii_alphabetic() && b[1] == b':';
+    // Drives and network shares of Windows, on every system alike. Elsewhere `a:b.obj` is a name as any other.
+    let drive = match name.as_bytes() {
+        [letter, b':', rest @ ..] => letter.is_ascii_alphabetic() && matches!(rest, [] | [b'/' | b'\\', ..]),
+        _ => false,
+    };
     if (drive && !cfg!(windows)) || name.starts_with("\\\\") || name.starts_with("//") {
         return Err(PathFault::Outside { name: name.to_owned(), folder: None });
     }

@@ -33,7 +33,7 @@ pub const KNOWN: &str =
     "scenes are read from .toml and .json, meshes from .obj, .off, .ply and .stl (.gz may follow)";
 
 /// First bytes that tell what a file is.
-const MAGIC: [(&[u8], &str); 15] = [
+const MAGIC: [(&[u8], &str); 17] = [
     (b"\x1f\x8b", "data compressed with gzip"),
     (b"x\x9c", "data compressed with zlib"),
     (b"x\xda", "data compressed with zlib"),
@@ -47,6 +47,8 @@ const MAGIC: [(&[u8], &str); 15] = [
     (b"%PDF", "a PDF document"),
     (b"BLENDER", "a Blender file"),
     (b"\x7fELF", "a program"),
+    (b"\xff\xfe\0\0", "text in UTF-32"),
+    (b"\0\0\xfe\xff", "text in UTF-32"),
     (b"\xff\xfe", "text in UTF-16"),
     (b"\xfe\xff", "text in UTF-16"),
 ];
@@ -101,7 +103,7 @@ pub fn of_file(path: &Path, bytes: &[u8]) -> Result<FileKind, Unreadable> {
         let help = match *what {
             "data compressed with gzip" if is_mesh => "unpack it, or give it a name that ends in .gz",
             what if what.contains("compressed") || what.contains("archive") => "unpack it first",
-            "text in UTF-16" => "save it as UTF-8",
+            "text in UTF-16" | "text in UTF-32" => "save it as UTF-8",
             what if what.contains("image") => {
                 "images are read as textures, if they are PNG, JPEG, OpenEXR, Radiance, TGA, BMP, WebP, GIF, PFM or PPM"
             }
@@ -109,7 +111,8 @@ pub fn of_file(path: &Path, bytes: &[u8]) -> Result<FileKind, Unreadable> {
         };
         return Err(unreadable(format!("found {what}, expected a scene or mesh"), help));
     }
-    let scene = bytes.starts_with(b"glTF").then_some("a binary glTF scene");
+    let scene = [(&b"glTF"[..], "a binary glTF scene"), (b"Kaydara FBX Binary", "an FBX scene")];
+    let scene = scene.iter().find(|(magic, _)| bytes.starts_with(magic)).map(|(_, what)| *what);
     let by_name = NOT_YET.iter().find(|(known, _)| *known == ending).map(|(_, what)| *what);
     if let Some(what) = scene.or(by_name) {
         return Err(unreadable(

@@ -149,6 +149,8 @@ fn other_kinds_of_files_are_called_by_their_name() {
         ("zlib.obj", b"x\x9c\xcb"),
         ("p.toml", b"\x89PNG\r\n"),
         ("u.toml", b"\xff\xfea\0"),
+        ("f.stl", b"Kaydara FBX Binary  \0\x1a\0"),
+        ("w.obj", b"\xff\xfe\0\0v\0\0\0"),
         ("g", b"glTF\x02"),
         ("q.gltf", b"\x89PNG"),
     ] {
@@ -175,6 +177,8 @@ fn other_kinds_of_files_are_called_by_their_name() {
     assert!(message("zlib.obj").contains("found data compressed with zlib"));
     assert!(message("p.toml").contains("found a PNG image"));
     assert!(message("u.toml").contains("found text in UTF-16") && message("u.toml").contains("UTF-8"));
+    assert!(message("f.stl").contains("found an FBX scene, which is planned"));
+    assert!(message("w.obj").contains("found text in UTF-32"));
     assert!(message("g").contains("found a binary glTF scene, which is planned and not read yet"));
     assert!(message("q.gltf").contains("found a PNG image"), "what a file is counts more than its name");
     assert!(message("").contains("found a folder, expected a scene file or a built-in scene"));

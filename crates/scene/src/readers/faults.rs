@@ -2,6 +2,7 @@
 
 use super::lexer::{Number, Token, line_end};
 use crate::diagnostic::{Diagnostic, Diagnostics, Severity};
+use crate::printable::push;
 use crate::span::{Sources, Span};
 use std::collections::HashSet;
 use std::path::Path;
@@ -282,10 +283,13 @@ fn boundary(bytes: &[u8], at: usize) -> usize {
     (at..at + 4).find(|i| bytes.get(*i).is_none_or(|b| !is_continuation(*b))).unwrap_or(at).min(bytes.len())
 }
 
-/// Text that does a terminal no harm: what is no UTF-8 and control characters are replaced.
+/// Text that does a terminal no harm. Tabs stay, and what is no UTF-8 is replaced.
 fn printable(bytes: &[u8]) -> String {
-    let text = String::from_utf8_lossy(bytes);
-    text.chars().map(|c| if c.is_control() && c != '\t' { char::REPLACEMENT_CHARACTER } else { c }).collect()
+    let mut shown = String::new();
+    for c in String::from_utf8_lossy(bytes).chars() {
+        if c == '\t' { shown.push(c) } else { push(&mut shown, c) }
+    }
+    shown
 }
 
 #[cfg(test)]
@@ -338,6 +342,7 @@ mod tests {
     #[test]
     fn replaces_what_is_not_text() {
         assert_eq!(located(b"a\x1b[31m\xff\x00", 1, 20).2, "\u{fffd}[31m\u{fffd}\u{fffd}");
+        assert_eq!(located("x\u{202e}y".as_bytes(), 1, 3).2, "\\u{202e}");
         for at in 0..12 {
             located("é\u{1F600}\u{1F600}x".as_bytes(), at, 1);
         }

@@ -1,6 +1,6 @@
 //! Mesh files that were packed with gzip \[RFC1952\].
 
-use flate2::bufread::MultiGzDecoder;
+use flate2::bufread::GzDecoder;
 use std::fmt;
 use std::io::{Cursor, Read};
 use std::path::Path;
@@ -18,6 +18,8 @@ pub enum GzipFault {
     Truncated(u64),
     /// The packed data are damaged, at about this byte.
     Damaged(u64),
+    /// What follows a member, from this byte on, is none.
+    Trailing(u64),
     /// More bytes than the limit come out.
     TooLarge {
         /// The most bytes that may come out.
@@ -30,6 +32,12 @@ impl fmt::Display for GzipFault {
         match self {
             Self::Truncated(at) => write!(f, "byte {at}: found the end of the gzip data, expected more"),
             Self::Damaged(at) => write!(f, "about byte {at}: found damaged gzip data, expected sound ones"),
+            Self::Trailing(at) => {
+                write!(
+                    f,
+                    "byte {at}: found bytes that are no gzip data behind those that are, expected the end of the file"
+                )
+            }
             Self::TooLarge { limit } => {
                 write!(f, "byte 0: found gzip data that unpack to more than {limit} bytes, expected fewer")
             }
@@ -43,6 +51,7 @@ impl GzipFault {
         match self {
             Self::Truncated(_) => "the file was cut: copy it anew",
             Self::Damaged(_) => "copy or pack the file anew",
+            Self::Trailing(_) => "copy or pack the file anew, or cut off what follows the data",
             Self::TooLarge { .. } => "if the file is what it should be, unpack it with gunzip",
         }
     }
@@ -66,22 +75,31 @@ pub(super) fn limit(packed: u64) -> u64 {
     ALWAYS.max(MOST_RATIO.saturating_mul(packed))
 }
 
-/// Unpacks all members of a gzip file. No more than 16 MiB, or 32 times the packed bytes, come out.
+/// Unpacks all members of a gzip file; zeros may follow them, as on tapes. No more than 16 MiB, or 32 times the packed
+/// bytes, come out.
 ///
 /// # Errors
-/// If the data are cut or damaged, or would unpack to more.
+/// If the data are cut or damaged, if something else follows them, or if they would unpack to more.
 pub fn unpack(packed: &[u8]) -> Result<Vec<u8>, GzipFault> {
     let limit = limit(packed.len() as u64);
-    let mut decoder = MultiGzDecoder::new(Cursor::new(packed));
     let mut bytes = Vec::with_capacity(packed.len());
-    let result = decoder.by_ref().take(limit + 1).read_to_end(&mut bytes);
-    let at = decoder.get_ref().position();
-    match result {
-        Ok(_) if bytes.len() as u64 > limit => Err(GzipFault::TooLarge { limit }),
-        Ok(_) => Ok(bytes),
-        Err(e) if e.kind() == std::io::ErrorKind::UnexpectedEof => Err(GzipFault::Truncated(at)),
-        Err(_) => Err(GzipFault::Damaged(at)),
+    let mut start = 0;
+    while start == 0 || packed[start..].iter().any(|b| *b != 0) {
+        if start > 0 && !is_packed(&packed[start..]) {
+            return Err(GzipFault::Trailing(start as u64));
+        }
+        let mut decoder = GzDecoder::new(Cursor::new(&packed[start..]));
+        let room = limit + 1 - bytes.len() as u64;
+        let result = decoder.by_ref().take(room).read_to_end(&mut bytes);
+        let at = start as u64 + decoder.get_ref().position();
+        match result {
+            Ok(_) if bytes.len() as u64 > limit => return Err(GzipFault::TooLarge { limit }),
+            Ok(_) => start = at as usize,
+            Err(e) if e.kind() == std::io::ErrorKind::UnexpectedEof => return Err(GzipFault::Truncated(at)),
+            Err(_) => return Err(GzipFault::Damaged(at)),
+        }
     }
+    Ok(bytes)
 }
 
 #[cfg(test)]
@@ -102,6 +120,32 @@ mod tests {
         let two = [packed(b"ply\n"), packed(b"format")].concat();
         assert!(is_packed(&two));
         assert_eq!(unpack(&two), Ok(b"ply\nformat".to_vec()));
+    }
+
+    #[test]
+    fn zeros_may_follow_and_nothing_else() {
+        let whole = packed(b"OFF\n");
+        for zeros in [1, 9, 10, 100, 5000] {
+            assert_eq!(unpack(&[whole.clone(), vec![0; zeros]].concat()), Ok(b"OFF\n".to_vec()), "{zeros}");
+        }
+        let two = [whole.clone(), whole.clone()].concat();
+        for garbage in [&b"x"[..], b"garbage, garbage, garbage", b"\0\0x", b"\x1f", b"\x1fx"] {
+            for members in [&whole, &two] {
+                let fault = unpack(&[members, garbage].concat());
+                assert_eq!(fault, Err(GzipFault::Trailing(members.len() as u64)), "{garbage:?}");
+            }
+        }
+        // The beginning of a member is one that was cut.
+        let fault = unpack(&[&whole[..], &whole[..8]].concat());
+        assert_eq!(fault, Err(GzipFault::Truncated(whole.len() as u64 + 8)));
+    }
+
+    #[test]
+    fn many_small_members_take_little_time() {
+        let begin = std::time::Instant::now();
+        let many = packed(b"").repeat(50_000);
+        assert_eq!(unpack(&many), Ok(Vec::new()));
+        assert!(begin.elapsed().as_secs() < 10, "{:?}", begin.elapsed());
     }
 
     #[test]

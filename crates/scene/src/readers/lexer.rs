@@ -2,6 +2,8 @@
 //!
 //! Nothing here counts lines: a fault names its byte, and [`super::faults`] finds the line when it needs it.
 
+use crate::printable::push;
+
 /// A word and where it begins.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Token<'a> {
@@ -17,12 +19,12 @@ impl Token<'_> {
         String::from_utf8_lossy(self.text).into_owned()
     }
 
-    /// The word for a message: at most 40 characters, none of them a control character.
+    /// The word for a message: at most 40 characters, those that are not seen replaced or escaped.
     pub fn shortened(&self) -> String {
         const MOST: usize = 40;
         let text = self.lossy();
-        let shown = text.chars().map(|c| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c });
-        let mut shown: String = shown.take(MOST).collect();
+        let mut shown = String::new();
+        text.chars().take(MOST).for_each(|c| push(&mut shown, c));
         if text.chars().nth(MOST).is_some() {
             shown.push('…');
         }
@@ -51,7 +53,7 @@ const MAY_END_WORD: [bool; 256] = {
 };
 
 /// Byte order mark of UTF-8.
-const MARK: &[u8] = b"\xEF\xBB\xBF";
+pub(super) const MARK: &[u8] = b"\xEF\xBB\xBF";
 
 impl<'a> Lexer<'a> {
     /// Begins after the byte order mark, if there is one.
@@ -102,7 +104,7 @@ impl<'a> Lexer<'a> {
     }
 
     /// The next word of this line as up to three whole numbers between slashes, 0 for those that are not there. `None`
-    /// if it is anything else, or if a number has more than nine digits: then nothing is passed over.
+    /// if it is anything else, a 0, or a number of more than nine digits: then nothing is passed over.
     #[inline]
     pub fn plain_indices(&mut self) -> Option<[u32; 3]> {
         self.skip_blanks();
@@ -114,7 +116,7 @@ impl<'a> Lexer<'a> {
                 *part = part.wrapping_mul(10).wrapping_add(u32::from(digit));
                 at += 1;
             }
-            if at - start > 9 {
+            if at - start > 9 || *part == 0 && at > start {
                 return None;
             }
             if k == 2 || word.get(at) != Some(&b'/') {
@@ -157,6 +159,11 @@ impl<'a> Lexer<'a> {
         } else {
             self.at = (self.at + 1).min(self.bytes.len());
         }
+    }
+
+    /// The next word, on this line or another; `None` at the end of the file.
+    pub fn word(&mut self) -> Option<Token<'a>> {
+        if self.next_word_line() { self.token() } else { None }
     }
 
     /// Goes to the next line that holds a word. False at the end of the file.
@@ -404,16 +411,36 @@ mod tests {
             ("1/2\n", ([1, 2, 0], 3)),
             ("1//3", ([1, 0, 3], 4)),
             ("1/2/3\r\n", ([1, 2, 3], 5)),
-            ("999999999/0/", ([999_999_999, 0, 0], 12)),
+            ("999999999/8/", ([999_999_999, 8, 0], 12)),
             ("/7 ", ([0, 7, 0], 2)),
         ] {
             assert_eq!(read(text), (Some(expected.0), expected.1), "{text}");
         }
-        for text in
-            ["", "-1", "1000000000", "4294967297", "1/2/3/4", "1/2/3/", "1.5", "+1", "a", "1\\\n2", "#"]
-        {
+        for text in [
+            "",
+            "-1",
+            "0",
+            "1/0",
+            "1//0 ",
+            "1000000000",
+            "4294967297",
+            "1/2/3/4",
+            "1/2/3/",
+            "1.5",
+            "+1",
+            "a",
+            "1\\\n2",
+            "#",
+        ] {
             assert_eq!(read(text), (None, 0), "{text}");
         }
+    }
+
+    #[test]
+    fn words_are_shown_short_and_without_hidden_characters() {
+        let shown = |text: &str| Token { text: text.as_bytes(), at: 0 }.shortened();
+        assert_eq!(shown("\u{202e}live\u{1b}"), "\\u{202e}live\u{fffd}");
+        assert_eq!(shown(&"é".repeat(41)), format!("{}…", "é".repeat(40)));
     }
 
     #[test]

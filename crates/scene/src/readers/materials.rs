@@ -62,12 +62,11 @@ pub(super) fn of_obj(
     }
     let mut known: Vec<Known> = Vec::new();
     let mut sound = true;
-    let mut read = HashSet::new();
-    let mut said = HashSet::new();
+    let (mut read, mut said, mut names) = (HashSet::new(), HashSet::new(), HashSet::new());
     for line in file.libraries.iter().filter(|line| said.insert(line.text)) {
         for library in libraries(*line, path, folders, faults) {
             if read.insert(library.clone()) {
-                sound &= read_library(&library, path, folders, faults, &mut known);
+                sound &= read_library(&library, (path, folders), faults, &mut known, &mut names);
             }
         }
     }
@@ -145,8 +144,15 @@ fn libraries(line: Token<'_>, obj: &Path, folders: &Folders, faults: &mut Faults
     let mut found = Vec::new();
     for name in parts(line) {
         let text = name.lossy();
-        match find(&text, base, folders).or_else(|e| beside(&text, base, folders, e)) {
-            Ok(path) => found.push(path),
+        let exact = find(&text, base, folders);
+        let is_exact = exact.is_ok();
+        match exact.or_else(|e| beside(&text, base, folders, e)) {
+            Ok(path) => {
+                if !is_exact && let Some(message) = elsewhere(&name.shortened(), &path, folders, faults) {
+                    faults.warning("obj::library", name, message, ELSEWHERE_HELP);
+                }
+                found.push(path);
+            }
             Err(fault) if fault.is_refusal() => {
                 faults.error(fault.code(), name, fault.to_string(), fault.help());
             }
@@ -183,6 +189,15 @@ fn beside(name: &str, base: &Path, folders: &Folders, fault: PathFault) -> Resul
     if_missing(fault, || folders.resolve(base, last))
 }
 
+const ELSEWHERE_HELP: &str = "name it relative to the file that names it";
+
+/// What is said, once for each file, if it was found by its last name only.
+fn elsewhere(name: &str, path: &Path, folders: &Folders, faults: &mut Faults<'_>) -> Option<String> {
+    let found = folders.name_of(path);
+    let is_new = faults.first(&format!("\nelsewhere {found}"));
+    is_new.then(|| format!("there is no file `{name}`: `{found}` is used, which has its last name"))
+}
+
 /// Splits `my a.mtl b.mtl` into `my a.mtl` and `b.mtl`.
 fn parts(line: Token<'_>) -> Vec<Token<'_>> {
     let mut parts = Vec::new();
@@ -200,13 +215,14 @@ fn parts(line: Token<'_>) -> Vec<Token<'_>> {
     parts
 }
 
-/// Reads a library and finds the images of its materials. False after an error.
+/// Reads a library that an OBJ file names, and finds the images of its materials. `names`: those of the materials so far.
+/// False after an error.
 fn read_library(
     path: &Path,
-    obj: &Path,
-    folders: &Folders,
+    (obj, folders): (&Path, &Folders),
     faults: &mut Faults<'_>,
     known: &mut Vec<Known>,
+    names: &mut HashSet<String>,
 ) -> bool {
     let name = folders.name_of(path);
     let bytes = match std::fs::read(path) {
@@ -219,7 +235,7 @@ fn read_library(
         }
     };
     let mut faults = faults.companion(&bytes, path, &name);
-    for material in mtl::parse(&bytes, &mut faults) {
+    for material in mtl::parse(&bytes, names, &mut faults) {
         let find = |map: &Map| Some((map.clone(), image_of(map, path, obj, folders, &mut faults)?));
         let images = material.maps.iter().filter_map(find).collect();
         known.push((material, images));
@@ -239,11 +255,21 @@ fn image_of(
     let (near, far) = (folder(library), folder(obj));
     let found = folders
         .resolve(&near, &map.file)
-        .or_else(|fault| if_missing(fault, || folders.resolve(&far, &map.file)))
+        .or_else(|fault| if_missing(fault, || folders.resolve(&far, &map.file)));
+    let is_exact = found.is_ok();
+    let found = found
         .or_else(|fault| beside(&map.file, &near, folders, fault))
         .or_else(|fault| beside(&map.file, &far, folders, fault));
     match found {
-        Ok(path) => Some(path),
+        Ok(path) => {
+            if !is_exact
+                && let Some(message) =
+                    elsewhere(&Token { text: map.file.as_bytes(), at: 0 }.shortened(), &path, folders, faults)
+            {
+                faults.at_span(Severity::Warning, "mtl::image", map.span, message, ELSEWHERE_HELP);
+            }
+            Some(path)
+        }
         Err(fault) if fault.is_refusal() => {
             faults.at_span(Severity::Error, fault.code(), map.span, fault.to_string(), fault.help());
             None

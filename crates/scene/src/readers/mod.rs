@@ -4,6 +4,7 @@
 //! (a two-corner face, a missing library) is a warning; what would be guessed at is an error.
 
 mod colors;
+mod encoding;
 mod faults;
 mod gzip;
 mod lexer;

@@ -8,9 +8,10 @@
 //! as bump maps, is left out with one warning for each kind.
 
 use super::faults::Faults;
-use super::lexer::{Lexer, Number, Token, number};
+use super::lexer::{Lexer, Number, Token, integer, number};
 use super::map::{Map, MapUse, not_applied};
 use crate::diagnostic::Severity;
+use std::collections::HashSet;
 
 /// One material of a library.
 #[derive(Clone, Debug, PartialEq)]
@@ -77,8 +78,9 @@ struct Said<'a> {
     tr: Option<(f32, Token<'a>)>,
 }
 
-/// Reads a library. Faults are warnings: what cannot be read keeps its default.
-pub(super) fn parse(bytes: &[u8], faults: &mut Faults<'_>) -> Vec<MtlMaterial> {
+/// Reads a library. Faults are warnings: what cannot be read keeps its default. `names`: those of the materials before,
+/// also of other libraries.
+pub(super) fn parse(bytes: &[u8], names: &mut HashSet<String>, faults: &mut Faults<'_>) -> Vec<MtlMaterial> {
     let mut lexer = Lexer::new(bytes, true);
     let mut materials: Vec<MtlMaterial> = Vec::new();
     let mut said: Vec<Said<'_>> = Vec::new();
@@ -86,8 +88,7 @@ pub(super) fn parse(bytes: &[u8], faults: &mut Faults<'_>) -> Vec<MtlMaterial> {
         let Some(word) = lexer.token() else { continue };
         match (word.text, materials.last_mut(), said.last_mut()) {
             (b"newmtl", _, _) => {
-                let name = lexer.rest().map_or_else(String::new, |t| t.lossy());
-                materials.push(MtlMaterial::named(name));
+                materials.push(MtlMaterial::named(name(&mut lexer, word, names, faults)));
                 said.push(Said::default());
             }
             (b"d", Some(_), Some(s)) => s.d = dissolve(&mut lexer, word, faults).or(s.d),
@@ -103,21 +104,39 @@ pub(super) fn parse(bytes: &[u8], faults: &mut Faults<'_>) -> Vec<MtlMaterial> {
     materials
 }
 
+/// Reads the name of a material.
+fn name(
+    lexer: &mut Lexer<'_>,
+    word: Token<'_>,
+    names: &mut HashSet<String>,
+    faults: &mut Faults<'_>,
+) -> String {
+    let found = lexer.rest();
+    let name = found.map_or_else(String::new, |t| t.lossy());
+    if found.is_none() {
+        let help = "write `newmtl NAME`; faces behind a `usemtl` without a name get it";
+        faults.warning("mtl::name", word, "found `newmtl` without a name, expected one", help);
+    }
+    if !names.insert(name.clone()) {
+        let at = found.unwrap_or(word);
+        let message = format!("the material `{}` is defined twice: the first counts", at.shortened());
+        faults.warning("mtl::twice", at, message, "rename or remove one of them");
+    }
+    name
+}
+
 /// Reads what stands behind a word that begins neither a material nor tells of its transparency.
 fn statement(lexer: &mut Lexer<'_>, word: Token<'_>, m: &mut MtlMaterial, faults: &mut Faults<'_>) {
     match word.text {
-        b"Kd" => m.diffuse = color(lexer, word, faults).unwrap_or(m.diffuse),
-        b"Ks" => m.specular = color(lexer, word, faults).unwrap_or(m.specular),
+        b"Kd" => m.diffuse = shares(lexer, word, faults).unwrap_or(m.diffuse),
+        b"Ks" => m.specular = shares(lexer, word, faults).unwrap_or(m.specular),
         b"Ke" => m.emission = color(lexer, word, faults).unwrap_or(m.emission),
-        b"Tf" => m.filter = color(lexer, word, faults).or(m.filter),
+        b"Tf" => m.filter = shares(lexer, word, faults).or(m.filter),
         b"Ns" => m.shininess = any(lexer, word, faults).unwrap_or(m.shininess),
-        b"Ni" => m.ior = any(lexer, word, faults).filter(|n| *n > 0.0 && *n <= 1000.0),
+        b"Ni" => m.ior = index(lexer, word, faults),
         b"Pr" => m.roughness = share(lexer, word, faults).map(|(v, _)| v).or(m.roughness),
         b"Pm" => m.metal = share(lexer, word, faults).map(|(v, _)| v).or(m.metal),
-        b"illum" => {
-            let model = lexer.token().and_then(|t| std::str::from_utf8(t.text).ok());
-            m.model = model.and_then(|t| t.parse().ok());
-        }
+        b"illum" => m.model = model(lexer, word, faults),
         text => match MapUse::of_statement(text) {
             Some(of) => {
                 if let Some(map) = Map::read(lexer, word, of, faults) {
@@ -242,6 +261,43 @@ fn color(lexer: &mut Lexer<'_>, word: Token<'_>, faults: &mut Faults<'_>) -> Opt
             None
         }
     }
+}
+
+/// Reads a colour of numbers from 0 to 1; larger ones are taken as 1 with a warning.
+fn shares(lexer: &mut Lexer<'_>, word: Token<'_>, faults: &mut Faults<'_>) -> Option<[f32; 3]> {
+    let first = lexer.clone().token();
+    let color = color(lexer, word, faults)?;
+    if let (Some(at), Some(v)) = (first, color.into_iter().find(|v| *v > 1.0)) {
+        let message = format!("`{}` is {v}, expected numbers from 0 to 1", word.lossy());
+        faults.warning("mtl::number", at, message, "larger ones are taken as 1");
+    }
+    Some(color.map(|v| v.min(1.0)))
+}
+
+/// Reads an index of refraction.
+fn index(lexer: &mut Lexer<'_>, word: Token<'_>, faults: &mut Faults<'_>) -> Option<f32> {
+    let at = lexer.clone().token().unwrap_or(word);
+    let found = any(lexer, word, faults)?;
+    if found > 0.0 && found <= 1000.0 {
+        return Some(found);
+    }
+    let message = format!("`Ni` is {}, expected a number above 0, at most 1000", at.shortened());
+    faults.warning("mtl::number", at, message, "it is not used; air has 1, glass 1.5");
+    None
+}
+
+/// Reads the number of an illumination model.
+fn model(lexer: &mut Lexer<'_>, word: Token<'_>, faults: &mut Faults<'_>) -> Option<u8> {
+    let Some(text) = lexer.token() else {
+        missing(word, "0 to 10", faults);
+        return None;
+    };
+    let found = integer(text.text).and_then(|n| u8::try_from(n).ok()).filter(|n| *n <= 10);
+    if found.is_none() {
+        let message = format!("`illum` is `{}`, expected a whole number from 0 to 10", text.shortened());
+        faults.warning("mtl::number", text, message, "it is not used; 2 is a surface with a highlight");
+    }
+    found
 }
 
 /// Reads one number that must not be negative.

@@ -8,6 +8,7 @@
 mod pieces;
 
 use super::colors::{ColorScale, linear};
+use super::encoding;
 use super::faults::{Faults, Tally};
 use super::lexer::{Lexer, Number, Token, integer, number};
 use super::smoothing::Group;
@@ -88,6 +89,9 @@ const CORNER_HELP: &str =
 
 /// Reads an OBJ file. `None` after errors.
 pub(super) fn parse<'a>(bytes: &'a [u8], faults: &mut Faults<'a>) -> Option<ObjFile<'a>> {
+    if encoding::is_refused(bytes, faults) {
+        return None;
+    }
     faults.hold();
     let file = read(bytes, faults);
     faults.tell_in_order();
@@ -307,7 +311,7 @@ impl<'a, 'f, 's> Reader<'a, 'f, 's> {
         loop {
             let here = self.lexer.clone();
             if let Some(indices) = self.lexer.plain_indices() {
-                // They count from 1; 0 is none, and so becomes `NONE`.
+                // They count from 1; 0 says that there is none, and so becomes `NONE`.
                 let [position, uv, normal] = indices.map(|i| i.wrapping_sub(1));
                 if position != NONE {
                     self.soup.corner(Corner { position, uv, normal });
@@ -350,8 +354,8 @@ impl<'a, 'f, 's> Reader<'a, 'f, 's> {
         let text = parts.next().unwrap_or(b"");
         let position = integer(text);
         let mut attribute = || match parts.next() {
-            None | Some(b"") => Some(0),
-            Some(text) => integer(text),
+            None | Some(b"") => Some(None),
+            Some(text) => integer(text).map(Some),
         };
         let (uv, normal) = (attribute(), attribute());
         let (Some(position), Some(uv), Some(normal), None) = (position, uv, normal, parts.next()) else {
@@ -360,7 +364,7 @@ impl<'a, 'f, 's> Reader<'a, 'f, 's> {
             self.faults.error("obj::corner", word, message, CORNER_HELP);
             return None;
         };
-        self.counts_back |= position < 0 || uv < 0 || normal < 0;
+        self.counts_back |= [Some(position), uv, normal].into_iter().flatten().any(|i| i < 0);
         let position = match resolved(position, self.soup.positions.len()) {
             Some(index) => index,
             None => {
@@ -376,18 +380,25 @@ impl<'a, 'f, 's> Reader<'a, 'f, 's> {
                 return None;
             }
         };
-        let uv = self.attribute(word, uv, self.soup.uvs.len());
-        let normal = self.attribute(word, normal, self.soup.normals.len());
+        let uv = self.attribute(word, "texture vertex", uv, self.soup.uvs.len())?;
+        let normal = self.attribute(word, "normal", normal, self.soup.normals.len())?;
         Some(Corner { position, uv, normal })
     }
 
-    /// The index of an attribute; none for 0, which is how `corner` says that there is none.
-    fn attribute(&mut self, word: Token<'a>, index: i64, count: usize) -> u32 {
+    /// The index of an attribute, `NONE` if there is none; `None` after an error. Exporters write indices of attributes
+    /// that they leave out of the file, so those beyond the list are only told.
+    fn attribute(&mut self, word: Token<'a>, what: &str, index: Option<i64>, count: usize) -> Option<u32> {
+        let Some(index) = index else { return Some(NONE) };
+        if index == 0 {
+            let message = format!("found {what} 0 in the face, expected an index from 1");
+            self.faults.error("obj::index", word, message, COUNT_HELP);
+            return None;
+        }
         let found = resolved(index, count);
-        if found.is_none() && index != 0 {
+        if found.is_none() {
             self.tallies.attributes.add(word);
         }
-        found.unwrap_or(NONE)
+        Some(found.unwrap_or(NONE))
     }
 
     /// Checks indices against what the whole file holds: a face may stand before its vertices.

@@ -6,6 +6,7 @@
 //! colour map indices are passed over. Not read: `4OFF`, `nOFF`, `OFF BINARY`.
 
 use super::colors::{ColorScale, linear};
+use super::encoding;
 use super::faults::{Faults, Tally};
 use super::lexer::{Lexer, Number, Token, integer, number};
 use super::soup::{Corner, Soup};
@@ -59,10 +60,15 @@ struct Reader<'a, 'f, 's> {
     extra: Tally<'a>,
     thin: Tally<'a>,
     odd_colors: Tally<'a>,
+    /// Numbers behind the position that are not finite.
+    odd_numbers: Tally<'a>,
 }
 
 /// Reads an OFF file. `None` after errors.
 pub(super) fn parse<'a>(bytes: &'a [u8], faults: &mut Faults<'a>) -> Option<TriangleMesh> {
+    if encoding::is_refused(bytes, faults) {
+        return None;
+    }
     let mut reader = Reader {
         lexer: Lexer::new(bytes, false),
         faults,
@@ -73,6 +79,7 @@ pub(super) fn parse<'a>(bytes: &'a [u8], faults: &mut Faults<'a>) -> Option<Tria
         extra: Tally::default(),
         thin: Tally::default(),
         odd_colors: Tally::default(),
+        odd_numbers: Tally::default(),
     };
     reader.header()?;
     let [vertices, faces] = reader.counts()?;
@@ -137,14 +144,14 @@ impl<'a> Reader<'a, '_, 'a> {
         None
     }
 
-    /// Reads the numbers of vertices and faces.
+    /// Reads the numbers of vertices and faces, and of edges if it is there.
     fn counts(&mut self) -> Option<[usize; 2]> {
         let vertices = self.count("vertices", 6)?;
         let faces = self.count("faces", 2)?;
-        // The number of edges is often wrong or absent, and nothing needs it. It may have a line for itself.
+        // The number of edges may be absent, and nothing needs it. It may have a line for itself.
         let mut ahead = self.lexer.clone();
         if !ends_line(&ahead) || (ahead.next_word_line() && ahead.token().is_some() && ends_line(&ahead)) {
-            self.lexer = ahead;
+            self.count("edges", 1)?;
             self.lexer.next_line();
         }
         Some([vertices, faces])
@@ -225,7 +232,8 @@ impl<'a> Reader<'a, '_, 'a> {
             let Some(word) = self.lexer.token() else { break };
             match number(word.text) {
                 Number::Finite(v) => values[found] = v,
-                Number::NotFinite => broken = true,
+                Number::NotFinite if found < 3 => broken = true,
+                Number::NotFinite => self.odd_numbers.add(word),
                 fault => return self.bad_number(word, fault),
             }
             found += 1;
@@ -294,7 +302,7 @@ impl<'a> Reader<'a, '_, 'a> {
 
     fn face(&mut self) {
         let first = self.lexer.token().expect("the caller found a word");
-        let Some(corners) = integer(first.text).filter(|n| *n > 0) else {
+        let Some(corners) = integer(first.text).filter(|n| *n >= 0) else {
             let message = format!("found `{}`, expected the number of corners of a face", first.shortened());
             self.faults.error("off::face", first, message, FACE_HELP);
             return;
@@ -342,23 +350,24 @@ impl<'a> Reader<'a, '_, 'a> {
     fn face_color(&mut self) {
         let words: Vec<Token<'a>> = std::iter::from_fn(|| self.lexer.token()).take(5).collect();
         let mut color = [f32::NAN; 3];
-        if let (3 | 4, Some(first)) = (words.len(), words.first()) {
-            let values: Vec<f32> = words
-                .iter()
-                .filter_map(|w| match number(w.text) {
-                    Number::Finite(v) => Some(v),
-                    _ => None,
-                })
-                .collect();
-            if values.len() == words.len() {
-                color = [values[0], values[1], values[2]];
-                let whole = words.iter().all(|w| integer(w.text).is_some());
-                self.face_colors.scale.see(color, whole);
-            } else {
-                self.odd_colors.add(*first);
+        let mut values = [0.0; 5];
+        let mut finite = true;
+        for (value, word) in values.iter_mut().zip(&words) {
+            match number(word.text) {
+                Number::Finite(v) => *value = v,
+                Number::NotFinite => finite = false,
+                fault => return self.faults.bad_number("off::number", *word, fault),
             }
-        } else if let (2 | 5, Some(first)) = (words.len(), words.first()) {
-            self.odd_colors.add(*first);
+        }
+        let whole = words.iter().all(|w| integer(w.text).is_some());
+        match (words.len(), words.first()) {
+            (3 | 4, _) if finite => {
+                color = [values[0], values[1], values[2]];
+                self.face_colors.scale.see(color, whole);
+            }
+            (1, _) if whole => {}
+            (_, Some(first)) => self.odd_colors.add(*first),
+            (_, None) => {}
         }
         self.face_colors.values.push(color);
     }
@@ -378,6 +387,8 @@ impl<'a> Reader<'a, '_, 'a> {
 
     fn finish(mut self, bytes: &'a [u8]) -> TriangleMesh {
         self.faults.tally("off::extra", &self.extra, "numbers after a vertex are passed over", LAYOUT_HELP);
+        let message = "a number behind the position of a vertex is not finite and taken as 0";
+        self.faults.tally("off::not-finite", &self.odd_numbers, message, LAYOUT_HELP);
         let message = "a face with fewer than 3 corners is left out";
         self.faults.tally("off::thin-face", &self.thin, message, FACE_HELP);
         let message = "this is no face colour and is passed over, expected 3 or 4 numbers";

@@ -2,13 +2,14 @@
 //!
 //! A file with the length that its number of triangles asks for is binary, whatever its first word. Corners at one
 //! position become one vertex, so that creases are found as in other formats; the normals of the file say nothing
-//! more than the order of the corners and are passed over. Colours of binary files: 15 bits for each triangle, in the
+//! more than the order of the corners and are not used. Text must have all words of the format, in upper or lower case. Colours of binary files: 15 bits for each triangle, in the
 //! order of VisCAM and SolidView, or in that of Materialise Magics if the header says `COLOR=`; taken as sRGB.
 
 mod text;
 mod weld;
 
 use super::MeshWeight;
+use super::encoding;
 use super::faults::{Faults, Tally};
 use super::lexer::Token;
 use crate::mesh::TriangleMesh;
@@ -29,10 +30,13 @@ pub(super) fn parse<'a>(bytes: &'a [u8], faults: &mut Faults<'a>) -> Option<Tria
         faults.error("stl::empty", end, "found an empty file, expected triangles", HELP);
         return None;
     }
-    if announced(bytes).is_none_or(|n| n != records(bytes)) && text::is_text(bytes) {
-        return text::parse(bytes, faults);
+    if announced(bytes).is_some_and(|n| n == records(bytes)) {
+        return binary(bytes, faults);
     }
-    binary(bytes, faults)
+    if encoding::is_refused(bytes, faults) {
+        return None;
+    }
+    if text::is_text(bytes) { text::parse(bytes, faults) } else { binary(bytes, faults) }
 }
 
 /// The number of triangles that the header of a binary file announces.
@@ -88,57 +92,76 @@ fn binary<'a>(bytes: &'a [u8], faults: &mut Faults<'a>) -> Option<TriangleMesh> 
         );
         faults.warning("stl::trailing", start, message, "the number of triangles may be too small");
     }
-    let mut soup =
-        Triangles { broken: Broken::default(), weld: Weld::with_room(count), mesh: TriangleMesh::default() };
+    let mut soup = Triangles::with_room(count);
     soup.mesh.indices.reserve_exact(count);
     let records = bytes[HEADER..end].chunks_exact(RECORD);
     let colors = Colors::of(&bytes[..HEADER - 4], records.clone().map(attribute));
     for (i, record) in records.enumerate() {
-        let corners = [12, 24, 36].map(|at| Vec3::from_array([0, 4, 8].map(|k| float(record, at + k))));
+        let [normal, corners @ ..] = [0, 12, 24, 36].map(|at| vector(record, at));
+        if !normal.is_finite() {
+            soup.normals.add(start, i);
+        }
         if soup.add(corners, i, start)
             && let Some(colors) = colors
         {
             soup.mesh.face_colors.push(colors.decode(attribute(record)));
         }
     }
-    if let Some(first) = soup.broken.row {
-        soup.broken.message = format!(
-            "triangle {first}, at byte {}, has a corner that is not a finite point: such triangles are left out",
-            HEADER + first * RECORD
-        );
-    }
+    let place = |row: usize| format!("triangle {row}, at byte {}, ", HEADER + row * RECORD);
+    soup.broken.place = soup.broken.row.map(place);
+    soup.normals.place = soup.normals.row.map(place);
     Some(soup.finish(faults))
 }
 
-fn float(record: &[u8], at: usize) -> f32 {
-    f32::from_le_bytes([record[at], record[at + 1], record[at + 2], record[at + 3]])
+fn vector(record: &[u8], at: usize) -> Vec3 {
+    let float = |k| f32::from_le_bytes([record[k], record[k + 1], record[k + 2], record[k + 3]]);
+    Vec3::new(float(at), float(at + 4), float(at + 8))
 }
 
 fn attribute(record: &[u8]) -> u16 {
     u16::from_le_bytes([record[RECORD - 2], record[RECORD - 1]])
 }
 
-/// Where the first triangle without a finite surface is, and how many there are.
+/// Triangles in which something is not finite.
 #[derive(Default)]
 struct Broken<'a> {
     tally: Tally<'a>,
+    /// Index of the first one.
     row: Option<usize>,
-    message: String,
+    /// What messages call it, with a blank behind; `None`: a triangle at a place of the text.
+    place: Option<String>,
+}
+
+impl<'a> Broken<'a> {
+    fn add(&mut self, at: Token<'a>, index: usize) {
+        self.tally.add(at);
+        self.row.get_or_insert(index);
+    }
+
+    fn tell(&self, code: &'static str, what: &str, help: &str, faults: &mut Faults<'a>) {
+        let message = format!("{}{what}", self.place.as_deref().unwrap_or("a triangle "));
+        faults.tally(code, &self.tally, &message, help);
+    }
 }
 
 /// Triangles on their way to a mesh.
 struct Triangles<'a> {
     broken: Broken<'a>,
+    normals: Broken<'a>,
     weld: Weld,
     mesh: TriangleMesh,
 }
 
 impl<'a> Triangles<'a> {
+    fn with_room(triangles: usize) -> Self {
+        let (broken, normals) = (Broken::default(), Broken::default());
+        Self { broken, normals, weld: Weld::with_room(triangles), mesh: TriangleMesh::default() }
+    }
+
     /// Adds a triangle; false if a corner is not finite.
     fn add(&mut self, corners: [Vec3; 3], index: usize, at: Token<'a>) -> bool {
         if !corners.iter().all(|c| c.is_finite()) {
-            self.broken.tally.add(at);
-            self.broken.row.get_or_insert(index);
+            self.broken.add(at, index);
             return false;
         }
         let triangle = corners.map(|c| self.weld.index(c, &mut self.mesh.positions));
@@ -147,8 +170,10 @@ impl<'a> Triangles<'a> {
     }
 
     fn finish(mut self, faults: &mut Faults<'a>) -> TriangleMesh {
-        let help = "expected three finite numbers for each corner";
-        faults.tally("mesh::not-finite", &self.broken.tally, &self.broken.message, help);
+        let what = "has a corner that is not a finite point: such triangles are left out";
+        self.broken.tell("mesh::not-finite", what, "expected three finite numbers for each corner", faults);
+        let what = "has a normal that is not finite: normals of STL files are not used";
+        self.normals.tell("stl::normal", what, "expected three finite numbers for each normal", faults);
         self.mesh.positions.shrink_to_fit();
         self.mesh
     }

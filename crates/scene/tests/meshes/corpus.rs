@@ -127,7 +127,7 @@ const EMPTY: [&str; 14] = [
     "points_emptyface.ply",
 ];
 /// Those in which something is amiss, and what the first warning is about.
-const WARNED: [(&str, &str); 29] = [
+const WARNED: [(&str, &str); 31] = [
     ("box-complex-material-alpha.obj", "mtl::left-out"),
     ("box-complex-material.obj", "mtl::left-out"),
     ("box-incomplete-normals.obj", "obj::attribute"),
@@ -135,8 +135,10 @@ const WARNED: [(&str, &str); 29] = [
     ("box-missing-attributes.obj", "obj::attribute"),
     ("box-mixed-attributes-2.obj", "obj::material"),
     ("box-transparent.obj", "mtl::transparency"),
+    ("box-unnamed-material.obj", "mtl::name"),
     ("box-unnormalized.obj", "obj::normal"),
     ("face_in_group_name_mid_file.obj", "obj::attribute"),
+    ("box-resources-in-root.obj", "obj::library"),
     ("box-texture-options.obj", "mtl::left-out"),
     ("fuze_ascii.ply", "ply::extra"),
     ("issue-92.obj", "mtl::image"),

@@ -11,5 +11,6 @@ mod obj;
 mod off;
 mod packed;
 mod ply;
+mod ply_values;
 mod smoothing;
 mod stl;

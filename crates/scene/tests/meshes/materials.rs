@@ -70,6 +70,15 @@ fn faults_of_numbers_are_told() {
         ("d 0", "warning mtl::transparency a.mtl:2:3 `m` is wholly transparent: its faces are not seen"),
         ("Tr 1", "warning mtl::transparency a.mtl:2:4 `m` is wholly transparent: its faces are not seen"),
         ("d 7", "warning mtl::number a.mtl:2:3 `d` is 7, expected 0 to 1"),
+        ("Kd 5 5 5", "warning mtl::number a.mtl:2:4 `Kd` is 5, expected numbers from 0 to 1"),
+        ("Ks 0 1.5 2", "warning mtl::number a.mtl:2:4 `Ks` is 1.5, expected numbers from 0 to 1"),
+        ("Ni 0", "warning mtl::number a.mtl:2:4 `Ni` is 0, expected a number above 0, at most 1000"),
+        ("Ni 1e30", "warning mtl::number a.mtl:2:4 `Ni` is 1e30, expected a number above 0, at most 1000"),
+        ("illum x", "warning mtl::number a.mtl:2:7 `illum` is `x`, expected a whole number from 0 to 10"),
+        ("illum 11", "warning mtl::number a.mtl:2:7 `illum` is `11`, expected a whole number from 0 to 10"),
+        ("illum -1", "warning mtl::number a.mtl:2:7 `illum` is `-1`, expected a whole number from 0 to 10"),
+        ("illum 2.5", "warning mtl::number a.mtl:2:7 `illum` is `2.5`, expected a whole number from 0 to 10"),
+        ("illum", "warning mtl::numbers a.mtl:2:1 `illum` has no number, expected one from 0 to 10"),
         ("Pm", "warning mtl::numbers a.mtl:2:1 `Pm` has no number, expected one from 0 to 1"),
         ("d -halo 0.5", "warning mtl::option a.mtl:2:3 the option `-halo` is not applied by this version"),
         (
@@ -94,6 +103,7 @@ fn faults_of_numbers_are_told() {
     for (library, expected) in cases {
         assert_eq!(read(library).only(), expected, "{library}");
     }
+    assert_eq!(numbers(&read("Kd 5 0.5 2").file().materials[0], "diffuse"), [1.0, 0.5, 1.0]);
     // An image may tell where the surface is.
     assert_eq!(types(&file("d 0\nmap_d a.png")), [("mesh/m", "phong")]);
 }
@@ -147,9 +157,9 @@ fn transparency_maps_are_inverted() {
 
 #[test]
 fn physical_numbers_make_metal_and_plastic() {
-    let metal = file("Kd 1 0.5 2\nPm 1\nPr 0.25\nillum 3");
+    let metal = file("Kd 1 0.5 0.25\nPm 1\nPr 0.25\nillum 3");
     assert_eq!(types(&metal), [("mesh/m", "metal")]);
-    assert_eq!(numbers(&metal.materials[0], "tint"), [1.0, 0.5, 1.0]);
+    assert_eq!(numbers(&metal.materials[0], "tint"), [1.0, 0.5, 0.25]);
     assert_eq!(numbers(&metal.materials[0], "roughness"), [0.25]);
     // The width of the highlight of Ns: α² = 2/(Ns + 2), here 1/16, so that α = 1/4 and the roughness is 1/2.
     assert_eq!(numbers(&file("Pm 1\nNs 30").materials[0], "roughness"), [0.5]);
@@ -170,7 +180,7 @@ fn physical_numbers_make_metal_and_plastic() {
 #[test]
 fn reflecting_models_make_mirrors() {
     for model in [3, 5] {
-        let whole = file(&format!("Kd 0 0 0\nKs 0.5 0.9 2\nillum {model}"));
+        let whole = file(&format!("Kd 0 0 0\nKs 0.5 0.9 1\nillum {model}"));
         assert_eq!(types(&whole), [("mesh/m", "mirror")]);
         assert_eq!(numbers(&whole.materials[0], "reflectance"), [0.5, 0.9, 1.0]);
         let half = file(&format!("Kd 0.25 0.5 0.75\nKs 0.25 0.5 0.5\nillum {model}"));

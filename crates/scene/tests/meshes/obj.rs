@@ -91,6 +91,18 @@ fn vertex_colours_are_display_colours() {
 fn errors_name_their_place() {
     let cases = [
         ("f 0 1 2", "error obj::index m.obj:4:3 found vertex 0 in the face, expected an index from 1"),
+        (
+            "vt 0 0\nf 1/0 2/1 3/1",
+            "error obj::index m.obj:5:3 found texture vertex 0 in the face, expected an index from 1",
+        ),
+        (
+            "vn 0 0 1\nf 1//1 2//0 3//1",
+            "error obj::index m.obj:5:8 found normal 0 in the face, expected an index from 1",
+        ),
+        (
+            "vn 0 0 1\nf 1//1 -2/-0 3//1",
+            "error obj::index m.obj:5:8 found texture vertex 0 in the face, expected an index from 1",
+        ),
         ("f 1 2 9", "error obj::index m.obj:4:7 found vertex 9 in the face, expected 1 to 3"),
         (
             "f 1 2 99999999999999999999",
@@ -213,7 +225,7 @@ fn materials_come_from_libraries() {
         "newmtl red one\nKd 1 0.1 0\nKs 0.5\nNs 250\nKa 1 1 1\nd 1\nnewmtl\nKd 0 0 1\nKs 1 1 1\nillum 1\n";
     let read = obj_with(&text, &[("a.mtl", library)]);
     let file = read.file();
-    assert_eq!(counts(&read.out), [0; 3], "{:?}", read.messages());
+    assert_eq!(read.only(), "warning mtl::name a.mtl:7:1 found `newmtl` without a name, expected one");
     assert_eq!(file.mesh.slots, [0, 1, 2, 1]);
     let names: Vec<&str> = file.materials.iter().map(|m| m.name.as_str()).collect();
     assert_eq!(names, ["mesh/default", "mesh/red one", "mesh/unnamed"]);
@@ -308,6 +320,14 @@ fn faults_of_libraries_name_the_library() {
         ("newmtl m\nKd 1 2\n", "warning mtl::numbers a.mtl:2:1 `Kd`: found 2 numbers, expected 3: r g b"),
         ("newmtl m\nNs -5\n", "warning mtl::number a.mtl:2:4 found `-5`, expected a number, 0 or more"),
         ("newmtl m\nNs\n", "warning mtl::numbers a.mtl:2:1 `Ns` has no number, expected one from 0 to 1000"),
+        (
+            "newmtl m\nKd 1 0 0\nnewmtl n\nnewmtl m\nKd 0 1 0\n",
+            "warning mtl::twice a.mtl:4:8 the material `m` is defined twice: the first counts",
+        ),
+        (
+            "newmtl m\nmap_Kd ~/a.mtl\nnewmtl n\nmap_Kd x\\a.mtl\n",
+            "warning mtl::image a.mtl:2:8 there is no file `~/a.mtl`: `a.mtl` is used, which has its last name",
+        ),
         ("Kd 1 1 1\nnewmtl m\n", "warning mtl::order a.mtl:1:1 found `Kd` before any `newmtl`: passed over"),
         ("newmtl m\nmap_Kd\n", "warning mtl::map a.mtl:2:1 `map_Kd` names no file"),
         (

@@ -119,6 +119,26 @@ fn faults_name_their_place() {
             "OFF\n4000000000 1 0\n0 0 0\n",
             "error off::counts m.off:2:1 4000000000 vertices are announced: found 11 bytes behind that, expected more",
         ),
+        (
+            "OFF\n3 1 4000000000\n0 0 0\n",
+            "error off::counts m.off:2:5 4000000000 edges are announced: found 7 bytes behind that, expected more",
+        ),
+        (
+            "OFF\n3 1 -1\n0 0 0",
+            "error off::counts m.off:2:5 found `-1`, expected the number of edges, 0 or more",
+        ),
+        (
+            "OFF\n3 1\nx\n0 0 0",
+            "error off::counts m.off:3:1 found `x`, expected the number of edges, 0 or more",
+        ),
+        (
+            "OFF 3 1 nan\n0 0 0",
+            "error off::counts m.off:1:9 found `nan`, expected the number of edges, 0 or more",
+        ),
+        (
+            "OFF 3 1 2.5\n0 0 0",
+            "error off::counts m.off:1:9 found `2.5`, expected the number of edges, 0 or more",
+        ),
         ("OFF\n3", "error off::truncated m.off:2:2 found the end of the file, expected the number of faces"),
         (
             "OFF\n1 1\n0 0 0\n",
@@ -146,7 +166,13 @@ fn faults_name_their_place() {
             "0 1 0\n1000000000 0 1 2",
             "error off::face m.off:6:1 the face announces 1000000000 corners: found 3 indices in its line, expected as many",
         ),
-        ("0 1 0\n0", "error off::face m.off:6:1 found `0`, expected the number of corners of a face"),
+        ("0 1 0\n-3 0 1 2", "error off::face m.off:6:1 found `-3`, expected the number of corners of a face"),
+        ("0 1 0\n3 0 1 2 x", "error off::number m.off:6:9 found `x`, expected a number"),
+        ("0 1 0\n3 0 1 2 1 0 red", "error off::number m.off:6:13 found `red`, expected a number"),
+        (
+            "0 1 0\n3 0 1 2 1 1e39 0",
+            "error off::number m.off:6:11 found `1e39`, which is too large, expected a number below 3.4e38",
+        ),
     ];
     for (rest, expected) in lines {
         assert_eq!(off(&format!("{head}{rest}")).only(), expected);
@@ -179,6 +205,35 @@ fn what_is_said_in_vain_is_a_warning() {
         read.only(),
         "warning off::extra m.off:3:7 numbers after a vertex are passed over (3 times, here the first)"
     );
+    // Colours that are none are left out; a face without corners is thin.
+    for (face, expected) in [
+        (
+            "3 0 1 2 nan 0 0",
+            "face-color m.off:6:9 this is no face colour and is passed over, expected 3 or 4 numbers",
+        ),
+        (
+            "3 0 1 2 1 0",
+            "face-color m.off:6:9 this is no face colour and is passed over, expected 3 or 4 numbers",
+        ),
+        (
+            "3 0 1 2 0.5",
+            "face-color m.off:6:9 this is no face colour and is passed over, expected 3 or 4 numbers",
+        ),
+        ("3 0 1 2\n0", "thin-face m.off:7:1 a face with fewer than 3 corners is left out"),
+        ("3 0 1 2\n1 0", "thin-face m.off:7:1 a face with fewer than 3 corners is left out"),
+    ] {
+        let count = face.lines().count();
+        let read = off(&format!("OFF\n3 {count} 0\n0 0 0\n1 0 0\n0 1 0\n{face}\n"));
+        assert_eq!(read.only(), format!("warning off::{expected}"));
+        assert_eq!(read.file().mesh.indices, [[0, 1, 2]]);
+        assert!(read.file().mesh.face_colors.is_empty());
+    }
+    let read = off("CNOFF\n3 1 0\n0 0 0 0 0 1 1 nan 1\n1 0 0 0 inf 1 1 1 1\n0 1 0 0 0 1 1 1 1\n3 0 1 2\n");
+    assert_eq!(
+        read.only(),
+        "warning off::not-finite m.off:3:15 a number behind the position of a vertex is not finite and taken as 0 (2 times, here the first)"
+    );
+    assert_eq!((read.file().mesh.indices.len(), read.file().mesh.colors[0]), (1, [1.0, 0.0, 1.0]));
     let read = off("OFF 0 0 0");
     assert!(read.only().starts_with("warning mesh::empty"));
 }

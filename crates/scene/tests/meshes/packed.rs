@@ -63,6 +63,16 @@ fn damaged_packs_are_told_with_their_byte() {
     changed[last] ^= 1;
     let bad = messages(&loaded(folder.path(), "bad.ply.gz", &changed));
     assert!(bad[0].starts_with("error asset::gzip `bad.ply.gz`: about byte "), "{bad:?}");
+    let garbage = loaded(folder.path(), "long.ply.gz", &[&whole[..], b"more than that"].concat());
+    assert_eq!(
+        messages(&garbage),
+        [format!(
+            "error asset::gzip `long.ply.gz`: byte {}: found bytes that are no gzip data behind those that are, expected the end of the file",
+            whole.len()
+        )]
+    );
+    let padded = loaded(folder.path(), "padded.ply.gz", &[&whole[..], &[0; 1000]].concat());
+    assert_eq!((mesh(&padded).indices.len(), messages(&padded).len()), (1, 0));
     let mut bomb = GzEncoder::new(Vec::new(), Compression::fast());
     (0..20).for_each(|_| bomb.write_all(&[b' '; 1 << 20]).unwrap());
     let bomb = loaded(folder.path(), "bomb.obj.gz", &bomb.finish().unwrap());

@@ -7,7 +7,7 @@ use penombre_scene::TriangleMesh;
 use penombre_scene::readers::MeshFormat;
 use std::path::Path;
 
-fn read(bytes: &[u8]) -> Read {
+pub fn read(bytes: &[u8]) -> Read {
     read_in(Path::new("."), MeshFormat::Ply, bytes)
 }
 
@@ -58,7 +58,7 @@ pub fn as_binary(text: &str, big: bool) -> Vec<u8> {
 }
 
 /// The mesh of a text, the same in all encodings.
-fn mesh(text: &str) -> TriangleMesh {
+pub fn mesh(text: &str) -> TriangleMesh {
     let first = read(text.as_bytes());
     assert_eq!(counts(&first.out), [0; 3], "{:?}", first.messages());
     for big in [false, true] {
@@ -70,7 +70,7 @@ fn mesh(text: &str) -> TriangleMesh {
 }
 
 /// A header: `element` and `property` lines without these words, between semicolons.
-fn header(lines: &str) -> String {
+pub fn header(lines: &str) -> String {
     let line = |l: &str| match l.trim().split_once(' ') {
         Some(("vertex" | "face" | "tristrips" | "other", _)) => format!("element {}\n", l.trim()),
         _ => format!("property {}\n", l.trim()),
@@ -78,9 +78,9 @@ fn header(lines: &str) -> String {
     format!("ply\nformat ascii 1.0\n{}end_header\n", lines.split(';').map(line).collect::<String>())
 }
 
-const XYZ: &str = "float x; float y; float z";
-const LIST: &str = "list uchar int vertex_indices";
-const QUAD: &str = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n";
+pub const XYZ: &str = "float x; float y; float z";
+pub const LIST: &str = "list uchar int vertex_indices";
+pub const QUAD: &str = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n";
 
 #[test]
 fn positions_and_polygons() {
@@ -277,6 +277,24 @@ fn faults_of_headers_name_their_place() {
             "error ply::count m.ply:2:16 found `-3`, expected the number of rows of `vertex`, 0 or more",
         ),
         (
+            "ply\nelement vertex 18446744073709551616\n",
+            "error ply::count m.ply:2:16 found `18446744073709551616`, expected the number of rows of `vertex`, below 2⁶³",
+        ),
+        ("ply\nelement vertex 3 4\n", "error ply::header m.ply:2:18 found `4`, expected the end of the line"),
+        (
+            "ply\nelement a 1\nproperty int x y\n",
+            "error ply::header m.ply:3:16 found `y`, expected the end of the line",
+        ),
+        (
+            "ply\nelement a 1\nproperty list uchar int x y\n",
+            "error ply::header m.ply:3:27 found `y`, expected the end of the line",
+        ),
+        ("ply\nformat ascii 1.0 x\n", "error ply::header m.ply:2:18 found `x`, expected the end of the line"),
+        (
+            "ply\nformat ascii 1.0\nformat binary_little_endian 1.0\n",
+            "error ply::format m.ply:3:1 found a second line `format`, expected one",
+        ),
+        (
             "ply\nelement vertex\n",
             "error ply::header m.ply:2:1 found the end of the line `element`, expected the number of its rows",
         ),
@@ -368,6 +386,18 @@ fn faults_of_data_name_their_place() {
             "ply::index m.ply:14:1 face 1: found vertex -1, expected 0 to 2",
         ),
         (
+            format!("{points}{good}3 0 1 2.5\n"),
+            "ply::index m.ply:14:7 face 1: found vertex `2.5`, expected a whole number from -2147483648 to 2147483647 (int)",
+        ),
+        (
+            format!("{points}{good}3 0 nan 2\n"),
+            "ply::index m.ply:14:5 face 1: found vertex `nan`, expected a whole number from -2147483648 to 2147483647 (int)",
+        ),
+        (
+            format!("{points}{good}3 18446744073709551616 1 2\n"),
+            "ply::index m.ply:14:3 face 1: found vertex `18446744073709551616`, expected a whole number from -2147483648 to 2147483647 (int)",
+        ),
+        (
             format!("{points}{good}7 0 1 2 0 1 2 0\n"),
             "ply::face m.ply:14:1 face 1: found 7 corners, expected at most twice the 3 vertices",
         ),
@@ -379,6 +409,11 @@ fn faults_of_data_name_their_place() {
     for (rest, expected) in cases {
         assert_eq!(text(&rest), format!("error {expected}"));
     }
+    let huge = header(&format!("vertex 9223372036854775806; {XYZ}; face 1; {LIST}"));
+    let message = read(format!("{huge}{points}").as_bytes()).only();
+    let expected =
+        "9223372036854775806 rows of `vertex` are announced: expected at least 55340232221128654836 bytes";
+    assert!(message.contains(expected), "{message}");
     let huge = header(&format!("vertex 4000000000; {XYZ}; face 1; {LIST}"));
     let message = read(format!("{huge}{points}").as_bytes()).only();
     assert!(message.starts_with("error ply::truncated m.ply:3:9 4000000000 rows of `vertex` are announced: expected at least 24000000000 bytes from byte 1"), "{message}");

@@ -63,51 +63,154 @@ fn colours_of_triangles() {
     assert_eq!(with(gold, [0, 0x8000]), [[0.0; 3], whole]);
 }
 
+/// The first message about a text in which something is changed.
+fn changed(from: &str, to: &str) -> String {
+    assert!(TEXT.contains(from), "{from}");
+    stl(TEXT.replacen(from, to, 1)).messages().remove(0)
+}
+
 #[test]
-fn faults_of_texts_name_their_line() {
-    let cases = [
+fn texts_must_have_all_words() {
+    let statements = [
+        ("solid one", "solidx one", "1:1 found text that begins with `solidx`, expected `solid`"),
+        ("solid one name\n", "", "1:1 found text that begins with `facet`, expected `solid`"),
+        ("solid one", "xsolid one", "1:1 found text that begins with `xsolid`, expected `solid`"),
+        ("facet normal", "facet abnormal", "2:7 found `abnormal`, expected `normal`"),
+        ("facet normal 0 0 1", "facet", "3:1 found `outer`, expected `normal`"),
+        ("facet normal 0 0 1\n", "", "2:1 found `outer`, expected `facet` or `endsolid`"),
+        ("0 0 1\n", "0 0 1 0\n", "2:20 found `0`, expected `outer loop`"),
+        ("outer loop", "outer", "4:1 found `vertex`, expected `outer loop`"),
+        ("outer loop", "loop", "3:1 found `loop`, expected `outer loop`"),
+        ("outer loop\n", "", "3:1 found `vertex`, expected `outer loop`"),
+        ("vertex 0 0 0\n", "", "6:1 found `endloop`, expected `vertex`: a facet has three"),
+        ("vertex 0 0 0", "vertex 0 0 0 0", "4:14 found `0`, expected `vertex`: a facet has three"),
+        ("endloop", "vertex 1 2 3", "7:1 found `vertex`, expected `endloop`"),
+        ("endloop\n", "", "7:1 found `endfacet`, expected `endloop`"),
+        ("endloop", "end loop", "7:1 found `end`, expected `endloop`"),
+        ("endfacet", "enfacet", "8:1 found `enfacet`, expected `endfacet`"),
+        ("endfacet\n", "", "8:1 found `endsolid`, expected `endfacet`"),
+        ("endsolid one name\n", "", "9:1 found `SOLID`, expected `facet` or `endsolid`"),
+        ("endsolid one name", "endsolid\nmore", "10:1 found `more`, expected `solid` or the end of the file"),
         (
-            "endfacet",
-            "enfacet",
-            "error stl::statement m.stl:8:1 found `enfacet`, expected a statement of STL",
-        ),
-        (
-            "vertex 0 0 0",
-            "vertex 0 0",
-            "error stl::vertex m.stl:4:1 the vertex: found 2 numbers, expected 3: x y z",
-        ),
-        ("vertex 0 0 0", "vertex 0 o 0", "error stl::number m.stl:4:10 found `o`, expected a number"),
-        ("vertex 0 0 0\n", "\n", "error stl::statement m.stl:2:1 found 2 vertices in the facet, expected 3"),
-        (
-            "endloop",
-            "vertex 1 2 3",
-            "error stl::statement m.stl:2:1 found 4 vertices in the facet, expected 3",
-        ),
-        (
-            "facet normal 0 0 1\n",
-            "\n",
-            "error stl::statement m.stl:4:1 found a vertex outside of a facet, expected `facet` before it",
-        ),
-        (
-            "endfacet\n",
-            "\n",
-            "error stl::statement m.stl:2:1 found the end of the solid within this facet, expected `endfacet`",
+            "ENDSOLID\n",
+            "ENDSOLID\n\0\0",
+            "19:1 found `\u{fffd}\u{fffd}`, expected `solid` or the end of the file",
         ),
     ];
-    for (from, to, expected) in cases {
-        let messages = stl(TEXT.replacen(from, to, 1)).messages();
-        assert_eq!(messages.first().map(String::as_str), Some(expected), "{messages:?}");
+    for (from, to, expected) in statements {
+        assert_eq!(changed(from, to), format!("error stl::statement m.stl:{expected}"));
     }
-    let cut = stl(&TEXT[..TEXT.find("vertex 1 0 0").unwrap()]).only();
+    let numbers = [
+        ("vertex 0 0 0", "vertex 0 0", "vertex m.stl:4:1 the vertex: found 2 numbers, expected 3: x y z"),
+        ("normal 0 0 1", "normal 0 0", "vertex m.stl:2:7 the normal: found 2 numbers, expected 3: x y z"),
+        ("vertex 0 0 0", "vertex 0 o 0", "number m.stl:4:10 found `o`, expected a number"),
+        ("normal 0 0 1", "normal 0 o 1", "number m.stl:2:16 found `o`, expected a number"),
+    ];
+    for (from, to, expected) in numbers {
+        assert_eq!(changed(from, to), format!("error stl::{expected}"));
+    }
+    // One fault gives one message, and those behind it are found.
+    let two = TEXT.replacen("endloop", "endlop", 1).replacen("1 1 0", "1 one 0", 1);
+    assert_eq!(stl(two).messages().len(), 2);
+}
+
+#[test]
+fn texts_that_were_cut_say_what_is_missing() {
+    let cut = |at: usize| stl(TEXT[..at].trim_end()).messages().remove(0);
+    let behind = |words: &str| TEXT.find(words).unwrap() + words.len();
+    let cases = [
+        (behind("solid one name"), "1:15", "`facet` or `endsolid`"),
+        (behind("solid"), "1:6", "`facet` or `endsolid`"),
+        (behind("facet"), "2:6", "`normal`"),
+        (behind("outer"), "3:6", "`outer loop`"),
+        (behind("vertex 0 0 0"), "4:13", "`vertex`: a facet has three"),
+        (behind("vertex 0 1 0"), "6:13", "`endloop`"),
+        (behind("endloop"), "7:8", "`endfacet`"),
+        (behind("endfacet"), "8:9", "`facet` or `endsolid`"),
+        (behind("ENDFACET"), "17:11", "`facet` or `endsolid`"),
+    ];
+    for (at, place, expected) in cases {
+        let message =
+            format!("error stl::truncated m.stl:{place} found the end of the file, expected {expected}");
+        assert_eq!(cut(at), message);
+    }
     assert_eq!(
-        cut,
-        "error stl::truncated m.stl:5:1 found the end of the file in a facet with 1 vertices, expected 3 and `endfacet`"
+        cut(behind("vertex 0 0")),
+        "error stl::vertex m.stl:4:1 the vertex: found 2 numbers, expected 3: x y z"
     );
-    let cut = stl(TEXT.trim_end().trim_end_matches("ENDSOLID"));
-    assert_eq!(cut.file().mesh.indices.len(), 2);
-    assert!(cut.only().starts_with("warning stl::truncated"));
+    // Whatever is missing at the end, it is no file.
+    let ends = [TEXT.len(), TEXT.len() - 1, behind("endsolid one name\n"), behind("endsolid")];
+    for at in (0..TEXT.len()).filter(|at| !ends.contains(at)) {
+        let read = stl(&TEXT[..at]);
+        let is_named = (behind("endsolid")..behind("endsolid one name\n")).contains(&at);
+        assert!(read.file.is_none() || is_named, "{at}: {:?}", read.messages());
+    }
     assert!(stl("solid Empty\nendsolid Empty").only().starts_with("warning mesh::empty"));
     assert_eq!(stl("").only(), "error stl::empty m.stl:1:1 found an empty file, expected triangles");
+}
+
+#[test]
+fn texts_may_be_laid_out_in_many_ways() {
+    let whole = stl(TEXT).file().clone();
+    let same = [
+        TEXT.to_uppercase(),
+        TEXT.replace('\n', "\r\n"),
+        TEXT.replace('\n', "\r"),
+        TEXT.replace('\n', "\n\n \t"),
+        TEXT.replace(' ', " \t "),
+        format!("\u{feff}\n  {TEXT}"),
+        format!("{TEXT}\n \n"),
+        TEXT.trim_end().to_owned(),
+        TEXT.replacen("solid one name", "solid (1) facet normal é", 1),
+        TEXT.replacen("solid one name", "solid", 1),
+        TEXT.replacen("endsolid one name", "endsolid another", 1),
+        TEXT.replacen("endsolid one name", "endsolid", 1),
+        TEXT.replace("one name\nfacet", "one name facet").replace("SOLID\n  FACET", "SOLID FACET"),
+        TEXT.replacen("normal", "\nnormal", 1).replacen("outer loop", "outer\nloop", 1),
+    ];
+    for text in same {
+        let read = stl(&text);
+        assert_eq!(read.file(), &whole, "{text}");
+        assert_eq!(counts(&read.out), [0; 3]);
+    }
+}
+
+#[test]
+fn texts_are_not_taken_as_binary() {
+    let page = format!("<!DOCTYPE html>\n{}", "<p>Not found</p>".repeat(20));
+    assert_eq!(
+        stl(&page).only(),
+        "error stl::statement m.stl:1:1 found text that begins with `<!DOCTYPE`, expected `solid`"
+    );
+    let expected =
+        "error stl::statement m.stl:1:1 found text that begins with `\u{fffd}solid`, expected `solid`";
+    assert_eq!(stl(format!("\u{1}{TEXT}")).only(), expected);
+    for big in [false, true] {
+        let wide: Vec<u8> =
+            TEXT.encode_utf16().flat_map(|u| if big { u.to_be_bytes() } else { u.to_le_bytes() }).collect();
+        assert_eq!(stl(wide).only(), "error mesh::encoding m.stl:1:1 found text in UTF-16, expected UTF-8");
+    }
+    // Whatever a binary file has as its text.
+    for header in
+        ["solid", "solid x\nfacet normal 0 0 1\nouter loop", "\u{feff}solid", "facet normal", "Made by x"]
+    {
+        assert_eq!(stl(binary(header, &TRIANGLES)).file(), stl(TEXT).file());
+        let whole = binary(header, &TRIANGLES);
+        assert!(stl(&whole[..whole.len() - 1]).only().starts_with("error stl::truncated"), "{header}");
+    }
+    // Random bytes behind the first word.
+    let mut state = 1u32;
+    let noise: Vec<u8> = std::iter::repeat_with(|| {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 24) as u8
+    })
+    .take(4000)
+    .collect();
+    for length in [1, 5, 83, 84, 134, 1000] {
+        for noise in noise.chunks(length).take(4) {
+            assert!(stl([b"solid ", noise].concat()).file.is_none());
+        }
+    }
 }
 
 #[test]
@@ -119,7 +222,7 @@ fn faults_of_binary_files_name_their_byte() {
         "error stl::truncated m.stl:1:1 2 triangles are announced at byte 80: expected a file of 184 bytes, found 183"
     );
     assert_eq!(
-        first(&whole[..80]),
+        first(&[0; 80]),
         "error stl::header m.stl:1:1 found 80 bytes, expected `solid` or a binary header of 84"
     );
     let longer = [&whole[..], &[0; 10]].concat();
@@ -145,4 +248,17 @@ fn triangles_without_a_finite_surface_are_left_out() {
     let read = stl(TEXT.replacen("vertex 1 0 0", "vertex nan 0 0", 1));
     assert_eq!(read.file().mesh.indices.len(), 1);
     assert!(read.only().starts_with("warning mesh::not-finite m.stl:2:1"));
+    // Normals change nothing.
+    let read = stl(TEXT.replacen("0 0 1\n", "0 nan 1\n", 1));
+    assert_eq!(read.file(), stl(TEXT).file());
+    assert_eq!(
+        read.only(),
+        "warning stl::normal m.stl:2:7 a triangle has a normal that is not finite: normals of STL files are not used"
+    );
+    let mut bytes = binary("", &TRIANGLES);
+    bytes[134..138].copy_from_slice(&f32::INFINITY.to_le_bytes());
+    assert_eq!(
+        stl(bytes).only(),
+        "warning stl::normal m.stl:1:1 triangle 1, at byte 134, has a normal that is not finite: normals of STL files are not used"
+    );
 }

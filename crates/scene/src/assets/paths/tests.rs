@@ -69,6 +69,7 @@ fn refuses_what_lies_outside_whether_it_exists_or_not() {
         "\\\\server\\share\\x.png",
         "C:\\windows\\x.png",
         "c:/x.png",
+        "c:",
         own.as_str(),
     ] {
         let fault = t.find("scene", name).expect_err(name);
@@ -118,6 +119,21 @@ fn tells_other_faults_apart() {
         fault.to_string(),
         "found `a\u{fffd}.png`, expected the name of a file: it has control characters"
     );
+}
+
+#[cfg(unix)]
+#[test]
+fn names_may_have_colons() {
+    let t = Tree::new();
+    for name in ["a:b.obj", "sub/c:d.obj", "12:30.obj", "sub/e:"] {
+        fs::write(t.path("scene").join(name), name).expect("written");
+        assert_eq!(t.find("scene", name), Ok(t.path("scene").join(name)));
+    }
+    for name in ["a:b/../../other/c.png", "a:/../../other/c.png"] {
+        assert!(matches!(t.find("scene", name), Err(PathFault::Outside { .. })), "{name}");
+    }
+    std::os::unix::fs::symlink("../other/c.png", t.path("scene/o:c.png")).expect("linked");
+    assert!(matches!(t.find("scene", "o:c.png"), Err(PathFault::Outside { .. })));
 }
 
 #[cfg(unix)]

@@ -1,9 +1,9 @@
 //! The elements `face` and `tristrips`.
 
 use super::header::Element;
-use super::rows::{CHANNELS, Place, Row, Rows, Use};
-use super::scalar::Scalar;
-use super::vertices::{Block, COLOR, RawColors, Vertices, channel};
+use super::rows::{CHANNELS, Place, Row, RowTally, Rows, Use};
+use super::scalar::{Scalar, narrow};
+use super::vertices::{Block, Broken, COLOR, ODD_COLOR, RawColors, Vertices, WHITE, channel};
 use super::{BLOCK, Kind};
 use crate::mesh::TriangleMesh;
 use crate::readers::faults::Faults;
@@ -13,9 +13,6 @@ use penombre_math::{Vec2, Vec3};
 
 const HELP: &str =
     "a face has a list `vertex_indices`: the number of its corners, then their vertices, counted from 0";
-
-/// White, whatever the range of the colours.
-const WHITE: [f32; 3] = [f32::INFINITY; 3];
 
 /// The triangles of a file.
 #[derive(Default)]
@@ -35,20 +32,6 @@ struct Cutter {
     corners: Vec<u32>,
     points: Vec<Vec3>,
     triangles: Vec<[u32; 3]>,
-}
-
-/// How often something happened, and in which row first.
-#[derive(Default)]
-struct RowTally {
-    first: Option<Place>,
-    count: usize,
-}
-
-impl RowTally {
-    fn add(&mut self, place: Place) {
-        self.first.get_or_insert(place);
-        self.count += 1;
-    }
 }
 
 /// What the properties of an element are read for.
@@ -126,9 +109,22 @@ struct Reading<'r, 'a> {
     layout: Layout,
     thin: RowTally,
     tangled: RowTally,
+    odd_colors: RowTally,
+    odd_uvs: RowTally,
 }
 
 impl<'a> Reading<'_, 'a> {
+    fn new<'r>(
+        element: &'r Element<'a>,
+        rows: &'r mut Rows<'a>,
+        vertices: &'r Vertices,
+        layout: Layout,
+    ) -> Reading<'r, 'a> {
+        let (thin, tangled) = (RowTally::default(), RowTally::default());
+        let (odd_colors, odd_uvs) = (RowTally::default(), RowTally::default());
+        Reading { element, rows, vertices, layout, thin, tangled, odd_colors, odd_uvs }
+    }
+
     /// An error about a row.
     fn fault(&self, place: Place, code: &'static str, what: &str, faults: &mut Faults<'a>) -> Option<()> {
         let (at, row) = self.rows.place(self.element, place);
@@ -149,26 +145,34 @@ impl<'a> Reading<'_, 'a> {
         if self.vertices.broken.is_empty() {
             return Some(());
         }
-        let is_broken = |c: &&u32| self.vertices.broken.binary_search(c).is_ok();
-        match corners.iter().find(is_broken) {
-            None => Some(()),
-            Some(vertex) => {
-                let what = format!(
-                    "found vertex {vertex} with a position that is not finite, expected three finite numbers"
-                );
-                self.fault(place, "ply::not-finite", &what, faults)
-            }
-        }
+        let broken = |c: &u32| {
+            let found = self.vertices.broken.binary_search_by_key(c, |b| b.index).ok()?;
+            Some(self.vertices.broken[found])
+        };
+        let Some(Broken { index, is_large }) = corners.iter().find_map(broken) else { return Some(()) };
+        let what = if is_large {
+            format!(
+                "found vertex {index} with a position that is too large for a 32-bit float, expected numbers below 3.4e38"
+            )
+        } else {
+            format!("found vertex {index} with a position that is not finite, expected three finite numbers")
+        };
+        self.fault(place, "ply::not-finite", &what, faults)
     }
 
-    fn tell(&self, tally: &RowTally, code: &'static str, what: &str, help: &str, faults: &mut Faults<'a>) {
-        let Some(first) = tally.first else { return };
-        let (at, row) = self.rows.place(self.element, first);
-        let times = match tally.count {
-            1 => String::new(),
-            n => format!(" ({n} times, here the first)"),
-        };
-        faults.warning(code, at, format!("{row} {what}{times}"), help);
+    /// Tells what was left out or replaced.
+    fn tell(&self, faults: &mut Faults<'a>) {
+        let help = "cut it into triangles in the program that wrote the file";
+        let tangled = "has very many corners and crosses or touches itself: it is left out";
+        let uvs = "has texture coordinates that are not finite: taken as 0";
+        for (tally, code, what, help) in [
+            (&self.thin, "ply::thin-face", "has fewer than 3 corners and is left out", HELP),
+            (&self.tangled, "mesh::large-polygon", tangled, help),
+            (&self.odd_colors, "ply::color", ODD_COLOR, HELP),
+            (&self.odd_uvs, "ply::uv", uvs, HELP),
+        ] {
+            tally.tell(self.rows, self.element, (code, what), help, faults);
+        }
     }
 }
 
@@ -187,19 +191,14 @@ impl Faces {
         let layout = Layout::of(element, faults)?;
         rows.check_count(element, faults)?;
         self.pad(layout.has_uvs, layout.colors.is_some());
-        let (thin, tangled) = (RowTally::default(), RowTally::default());
         let (first_color, longer_lines) = (self.colors.values.len(), rows.longer_lines());
-        let mut reading = Reading { element, rows, vertices, layout, thin, tangled };
+        let mut reading = Reading::new(element, rows, vertices, layout);
         self.rows(&mut reading, faults)?;
         if reading.rows.longer_lines() > longer_lines {
             // Some programs write a list of colours of corners where the header says `red`, `green` and `blue`.
             self.colors.values[first_color..].fill(WHITE);
         }
-        let what = "has fewer than 3 corners and is left out";
-        reading.tell(&reading.thin, "ply::thin-face", what, HELP, faults);
-        let what = "has very many corners and crosses or touches itself: it is left out";
-        let help = "cut it into triangles in the program that wrote the file";
-        reading.tell(&reading.tangled, "mesh::large-polygon", what, help, faults);
+        reading.tell(faults);
         Some(())
     }
 
@@ -236,7 +235,11 @@ impl Faces {
                 self.polygon(reading, place, &row, faults)?;
             }
             if reading.layout.colors.is_some() {
-                let color = COLOR.map(|c| row.channels[c] as f32);
+                let mut color = COLOR.map(|c| narrow(row.channels[c]));
+                if !color.iter().all(|c| c.is_finite()) {
+                    color = WHITE;
+                    reading.odd_colors.add(place);
+                }
                 let added = self.indices.len() - before;
                 self.colors.values.extend(std::iter::repeat_n(color, added));
             }
@@ -280,20 +283,28 @@ impl Faces {
             }
         }
         if let Some(colors) = reading.layout.colors {
-            self.run_colors(colors, &bytes[..length * stride], stride, big);
+            self.run_colors(colors, &bytes[..length * stride], (stride, big), &mut reading.odd_colors, place);
         }
         reading.rows.seek(start + length * stride);
         Some(length)
     }
 
-    fn run_colors(&mut self, colors: [(Scalar, usize); 3], bytes: &[u8], stride: usize, big: bool) {
+    /// Reads the colours of rows of one length, `stride` bytes. `place`: of one of them.
+    fn run_colors(
+        &mut self,
+        colors: [(Scalar, usize); 3],
+        bytes: &[u8],
+        (stride, big): (usize, bool),
+        odd: &mut RowTally,
+        place: impl Fn(usize) -> Place,
+    ) {
         let mut block: Block = [[0.0; BLOCK]; CHANNELS];
-        for rows in bytes.chunks(BLOCK * stride) {
+        for (i, rows) in bytes.chunks(BLOCK * stride).enumerate() {
             let length = rows.len() / stride;
             for (channel, (scalar, offset)) in COLOR.into_iter().zip(colors) {
                 scalar.column(&rows[offset..], stride, big, &mut block[channel][..length]);
             }
-            self.colors.extend(&block, length);
+            self.colors.extend(&block, length, odd, |row| place(i * BLOCK + row));
         }
     }
 
@@ -339,7 +350,10 @@ impl Faces {
             self.uv_indices
                 .extend(triangles.iter().map(|t| if own { t.map(|i| first + i) } else { [NONE; 3] }));
             if own {
-                let pairs = row.uvs.chunks_exact(2).map(|p| Vec2::new(p[0] as f32, p[1] as f32));
+                let pairs = row.uvs.chunks_exact(2).map(|p| Vec2::new(narrow(p[0]), narrow(p[1])));
+                if pairs.clone().any(|uv| !uv.is_finite()) {
+                    reading.odd_uvs.add(place);
+                }
                 self.uvs.extend(pairs.map(|uv| if uv.is_finite() { uv } else { Vec2::ZERO }));
             }
         }

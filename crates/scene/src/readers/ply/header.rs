@@ -1,8 +1,9 @@
 //! The header of a PLY file: text, whatever follows it.
 
 use super::scalar::Scalar;
+use crate::readers::encoding;
 use crate::readers::faults::Faults;
-use crate::readers::lexer::{Token, integer};
+use crate::readers::lexer::{MARK, Token, integer};
 use std::collections::HashSet;
 
 const HELP: &str = "a PLY file begins with the lines `ply`, `format ascii 1.0` (or binary_little_endian, \
@@ -55,9 +56,11 @@ pub(super) struct Header<'a> {
     pub end: usize,
 }
 
-/// True if the bytes begin as PLY files do: with a line `ply`, blanks behind it or not.
+/// True if the bytes begin as PLY files do: with a line `ply`, perhaps with blanks behind it, and with a byte order mark
+/// before it.
 pub(in crate::readers) fn has_magic(bytes: &[u8]) -> bool {
-    let rest = bytes.strip_prefix(b"ply").unwrap_or(b"");
+    let rest = bytes.strip_prefix(MARK).unwrap_or(bytes);
+    let rest = rest.strip_prefix(b"ply").unwrap_or(b"");
     let blanks = rest.iter().take_while(|b| matches!(b, b' ' | b'\t')).count();
     matches!(rest.get(blanks), Some(b'\n' | b'\r'))
 }
@@ -70,6 +73,9 @@ pub(super) fn parse<'a>(bytes: &'a [u8], faults: &mut Faults<'a>) -> Option<Head
         return None;
     }
     if !has_magic(bytes) {
+        if encoding::is_refused(bytes, faults) {
+            return None;
+        }
         let first = Words::new(bytes, 0, line_end(bytes, 0, b'\n')).next();
         let first = first.unwrap_or(Token { text: b"", at: 0 });
         let message = format!("this is no PLY file: found `{}`, expected a line `ply`", first.shortened());
@@ -129,7 +135,8 @@ impl<'a> Reader<'a, '_> {
             b"element" => {
                 let name = self.word(word, words.next(), "the name of an element")?;
                 let count = self.word(word, words.next(), "the number of its rows")?;
-                self.element(name, count)
+                self.element(name, count)?;
+                self.ends(words)
             }
             b"property" => self.property(word, words),
             _ => {
@@ -157,6 +164,13 @@ impl<'a> Reader<'a, '_> {
         }
     }
 
+    /// A fault at a word behind those that a line has.
+    fn ends(&mut self, mut words: Words<'a>) -> Option<()> {
+        let Some(word) = words.next() else { return Some(()) };
+        let message = format!("found `{}`, expected the end of the line", word.shortened());
+        self.fault("ply::header", word, message, HELP)
+    }
+
     fn format(&mut self, line: Token<'a>, mut words: Words<'a>) -> Option<()> {
         let kind = self.word(line, words.next(), "the name of the format")?;
         let version = self.word(line, words.next(), "the version 1.0")?;
@@ -177,14 +191,21 @@ impl<'a> Reader<'a, '_> {
             let message = format!("found the version `{}`, expected 1.0", version.shortened());
             return self.fault("ply::format", version, message, HELP);
         }
+        if self.encoding.is_some() {
+            let message = "found a second line `format`, expected one".to_owned();
+            return self.fault("ply::format", line, message, "remove the one that is wrong");
+        }
         self.encoding = encoding;
-        Some(())
+        self.ends(words)
     }
 
     fn element(&mut self, name: Token<'a>, count: Token<'a>) -> Option<()> {
-        let Some(rows) = integer(count.text).and_then(|n| usize::try_from(n).ok()) else {
+        // The largest stands for all above it.
+        let found = integer(count.text);
+        let range = if found == Some(i64::MAX) { "below 2⁶³" } else { "0 or more" };
+        let Some(rows) = found.filter(|n| *n < i64::MAX).and_then(|n| usize::try_from(n).ok()) else {
             let message = format!(
-                "found `{}`, expected the number of rows of `{}`, 0 or more",
+                "found `{}`, expected the number of rows of `{}`, {range}",
                 count.shortened(),
                 name.shortened()
             );
@@ -227,7 +248,7 @@ impl<'a> Reader<'a, '_> {
             let message = format!("`{element}` has two properties `{}`: the first counts", name.shortened());
             self.faults.warning("ply::twice", name, message, "remove or rename one of them");
         }
-        Some(())
+        self.ends(words)
     }
 
     fn scalar(&mut self, name: Token<'a>) -> Option<Scalar> {

@@ -48,17 +48,86 @@ pub(super) struct Place {
     pub at: usize,
 }
 
+/// How often something happened, and in which row first.
+#[derive(Debug, Default)]
+pub(super) struct RowTally {
+    first: Option<Place>,
+    count: usize,
+}
+
+impl RowTally {
+    pub fn add(&mut self, place: Place) {
+        self.first.get_or_insert(place);
+        self.count += 1;
+    }
+
+    /// A warning, if it happened at all: `what` is said of the first row.
+    pub fn tell<'a>(
+        &self,
+        rows: &Rows<'a>,
+        element: &Element<'a>,
+        (code, what): (&'static str, &str),
+        help: &str,
+        faults: &mut Faults<'a>,
+    ) {
+        let Some(first) = self.first else { return };
+        let (at, row) = rows.place(element, first);
+        let times = match self.count {
+            1 => String::new(),
+            n => format!(" ({n} times, here the first)"),
+        };
+        faults.warning(code, at, format!("{row} {what}{times}"), help);
+    }
+}
+
+/// Numbers of a text that are none of their type.
+#[derive(Debug, Default)]
+struct Misfits<'a> {
+    tally: Tally<'a>,
+    /// The first of them.
+    first: Option<(Token<'a>, Scalar)>,
+}
+
+impl<'a> Misfits<'a> {
+    /// Counts a number if it does not fit its type. Those that are not finite are another matter.
+    fn see(&mut self, v: f64, word: Token<'a>, scalar: Scalar) {
+        if v.is_finite() && !scalar.holds(v) {
+            self.tally.add(word);
+            self.first.get_or_insert((word, scalar));
+        }
+    }
+
+    fn tell(&self, faults: &mut Faults<'a>) {
+        if let Some((word, scalar)) = self.first {
+            let message =
+                format!("found `{}`, expected {}: used as it stands", word.shortened(), numbers_of(scalar));
+            let help = "the header gives the property a type that does not hold all of its numbers";
+            faults.tally("ply::range", &self.tally, &message, help);
+        }
+    }
+}
+
+/// The numbers of a type, for messages.
+fn numbers_of(scalar: Scalar) -> String {
+    let name = scalar.name();
+    scalar.range().map_or_else(
+        || format!("a number ({name})"),
+        |[least, most]| format!("a whole number from {least} to {most} ({name})"),
+    )
+}
+
 /// A cursor over the rows.
 pub(super) struct Rows<'a> {
     bytes: &'a [u8],
     at: usize,
     encoding: Encoding,
     extra: Tally<'a>,
+    misfits: Misfits<'a>,
 }
 
 impl<'a> Rows<'a> {
     pub fn new(bytes: &'a [u8], at: usize, encoding: Encoding) -> Self {
-        Self { bytes, at, encoding, extra: Tally::default() }
+        Self { bytes, at, encoding, extra: Tally::default(), misfits: Misfits::default() }
     }
 
     /// Offset of the next byte.
@@ -104,8 +173,8 @@ impl<'a> Rows<'a> {
             Encoding::Ascii => (2 * element.properties.len(), 1),
             _ => (element.least_bytes(), 0),
         };
-        let expected = element.count.saturating_mul(least);
-        if expected <= left + spare {
+        let expected = element.count as u128 * least as u128;
+        if expected <= (left + spare) as u128 {
             return Some(());
         }
         let (rows, name) = (element.count, element.name.shortened());
@@ -260,7 +329,7 @@ impl<'a> Rows<'a> {
         }
         let start = lexer.offset();
         for (property, usage) in element.properties.iter().zip(uses) {
-            match text_property(&mut lexer, property, *usage, row) {
+            match text_property(&mut lexer, property, *usage, row, &mut self.misfits) {
                 Ok(()) => {}
                 Err(fault) => return self.broken_line(element, property, (index, start), fault, faults),
             }
@@ -295,6 +364,11 @@ impl<'a> Rows<'a> {
                 let message = format!("{what}: found `{found}`, expected the length of the list `{name}`");
                 faults.error("ply::number", word, message, help);
             }
+            TextFault::Index(word) => {
+                let (found, expected) = (word.shortened(), numbers_of(property.scalar));
+                let message = format!("{what}: found vertex `{found}`, expected {expected}");
+                faults.error("ply::index", word, message, help);
+            }
             TextFault::Number(word, fault) => faults.bad_number("ply::number", word, fault),
         }
         None
@@ -305,6 +379,7 @@ impl<'a> Rows<'a> {
         let help = "the header may lack a property; colours of such faces are left out, for they may be other numbers";
         let message = "numbers behind those that the header lists are passed over";
         faults.tally("ply::extra", &self.extra, message, help);
+        self.misfits.tell(faults);
         let rest = &self.bytes[self.at..];
         let help = "the number of rows in the header may be too small";
         match (self.encoding, rest.iter().position(|b| *b != 0 && !b.is_ascii_whitespace())) {
@@ -332,6 +407,8 @@ enum TextFault<'a> {
     Short,
     /// No length of a list.
     Length(Token<'a>),
+    /// No index of its type.
+    Index(Token<'a>),
     Number(Token<'a>, Number),
 }
 
@@ -340,22 +417,29 @@ fn text_property<'a>(
     property: &Property<'a>,
     usage: Use,
     row: &mut Row,
+    misfits: &mut Misfits<'a>,
 ) -> Result<(), TextFault<'a>> {
     let word = lexer.token().ok_or(TextFault::Short)?;
-    if property.list.is_none() {
+    let Some(count) = property.list else {
         if let Use::Channel(channel) = usage {
             row.channels[channel] = text_value(word, property.scalar)?;
+            misfits.see(row.channels[channel], word, property.scalar);
         }
         return Ok(());
-    }
+    };
     let length = integer(word.text).filter(|n| *n >= 0).ok_or(TextFault::Length(word))?;
+    misfits.see(length as f64, word, count);
     let mut list = row.list(usage);
     // A length beyond the line is found where the line ends.
     for _ in 0..length {
         let word = lexer.token().ok_or(TextFault::Short)?;
-        if let Some(list) = &mut list {
-            list.push(text_value(word, property.scalar)?);
+        let Some(list) = &mut list else { continue };
+        let value = text_value(word, property.scalar)?;
+        if usage == Use::Indices && !property.scalar.holds(value) {
+            return Err(TextFault::Index(word));
         }
+        misfits.see(value, word, property.scalar);
+        list.push(value);
     }
     Ok(())
 }

@@ -39,9 +39,42 @@ impl Scalar {
         }
     }
 
+    /// The name of the type.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::I8 => "char",
+            Self::U8 => "uchar",
+            Self::I16 => "short",
+            Self::U16 => "ushort",
+            Self::I32 => "int",
+            Self::U32 => "uint",
+            Self::F32 => "float",
+            Self::F64 => "double",
+        }
+    }
+
     /// True for whole numbers.
     pub fn is_whole(self) -> bool {
-        !matches!(self, Self::F32 | Self::F64)
+        self.range().is_some()
+    }
+
+    /// The least and the largest of the whole numbers of the type; `None` for fractions.
+    pub fn range(self) -> Option<[i64; 2]> {
+        match self {
+            Self::I8 => Some([-1 << 7, (1 << 7) - 1]),
+            Self::U8 => Some([0, (1 << 8) - 1]),
+            Self::I16 => Some([-1 << 15, (1 << 15) - 1]),
+            Self::U16 => Some([0, (1 << 16) - 1]),
+            Self::I32 => Some([-1 << 31, (1 << 31) - 1]),
+            Self::U32 => Some([0, (1 << 32) - 1]),
+            Self::F32 | Self::F64 => None,
+        }
+    }
+
+    /// True if a number is one of the type; any is for fractions.
+    pub fn holds(self, v: f64) -> bool {
+        let is_within = |[least, most]: [i64; 2]| v.fract() == 0.0 && v >= least as f64 && v <= most as f64;
+        self.range().is_none_or(is_within)
     }
 
     /// The number at the beginning of the bytes, of which there must be enough. Every value of every type is kept.
@@ -68,7 +101,7 @@ impl Scalar {
             Self::I32 => each(rows, stride, big, out, |b| i32::from_le_bytes(b) as f32),
             Self::U32 => each(rows, stride, big, out, |b| u32::from_le_bytes(b) as f32),
             Self::F32 => each(rows, stride, big, out, f32::from_le_bytes),
-            Self::F64 => each(rows, stride, big, out, |b| f64::from_le_bytes(b) as f32),
+            Self::F64 => each(rows, stride, big, out, |b| narrow(f64::from_le_bytes(b))),
         }
     }
 
@@ -137,6 +170,12 @@ impl Run<'_> {
         }
         largest
     }
+}
+
+/// A number in single precision. Infinite if it is too large, NaN if it was not finite.
+#[inline]
+pub(super) fn narrow(v: f64) -> f32 {
+    if v.is_finite() { v as f32 } else { f32::NAN }
 }
 
 /// The first bytes, lowest first.
@@ -216,6 +255,25 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn types_have_ranges() {
+        for (scalar, old, _) in ALL {
+            assert_eq!(scalar.name(), old);
+            let Some([least, most]) = scalar.range() else {
+                assert!(scalar.holds(0.5) && scalar.holds(1e300));
+                continue;
+            };
+            for v in [least, most] {
+                for (bytes, big) in bytes(scalar, v as f64).iter().zip([false, true]) {
+                    assert_eq!(scalar.read(bytes, big), v as f64);
+                }
+            }
+            assert!(scalar.holds(least as f64) && scalar.holds(most as f64) && !scalar.holds(0.5));
+            assert!(!scalar.holds(least as f64 - 1.0) && !scalar.holds(most as f64 + 1.0));
+        }
+        assert!(narrow(1e300) == f32::INFINITY && narrow(f64::INFINITY).is_nan() && narrow(0.1) == 0.1);
     }
 
     #[test]

@@ -2,8 +2,8 @@
 
 use super::BLOCK;
 use super::header::{Element, Property};
-use super::rows::{CHANNELS, Row, Rows, Use};
-use super::scalar::Scalar;
+use super::rows::{CHANNELS, Place, Row, RowTally, Rows, Use};
+use super::scalar::{Scalar, narrow};
 use crate::readers::colors::{ColorScale, linear};
 use crate::readers::faults::Faults;
 use penombre_math::color::srgb_decode;
@@ -32,6 +32,11 @@ const UV: [usize; 2] = [6, 7];
 /// The channels of a colour; faces have only those.
 pub(super) const COLOR: [usize; 3] = [8, 9, 10];
 
+/// White, whatever the range of the colours.
+pub(super) const WHITE: [f32; 3] = [f32::INFINITY; 3];
+/// What is said of a row with a colour that is none.
+pub(super) const ODD_COLOR: &str = "has a colour that is not finite: taken as white";
+
 /// Values of some rows by channel.
 pub(super) type Block = [[f32; BLOCK]; CHANNELS];
 
@@ -49,9 +54,16 @@ pub(super) struct RawColors {
 }
 
 impl RawColors {
-    /// The colours of the rows of a block.
-    pub fn extend(&mut self, block: &Block, rows: usize) {
+    /// The colours of the rows of a block; those that are not finite are white. `place`: of a row of the block.
+    pub fn extend(&mut self, block: &Block, rows: usize, odd: &mut RowTally, place: impl Fn(usize) -> Place) {
+        let first = self.values.len();
         self.values.extend((0..rows).map(|i| COLOR.map(|c| block[c][i])));
+        for (i, color) in self.values[first..].iter_mut().enumerate() {
+            if !color.iter().all(|c| c.is_finite()) {
+                *color = WHITE;
+                odd.add(place(i));
+            }
+        }
     }
 
     /// The colours made linear.
@@ -86,8 +98,36 @@ pub(super) struct Vertices {
     pub normals: Vec<Vec3>,
     pub uvs: Vec<Vec2>,
     pub colors: RawColors,
-    /// Indices of positions that are not finite, in ascending order; those positions are zero.
-    pub broken: Vec<u32>,
+    /// Positions that are not finite, by ascending index; those positions are zero.
+    pub broken: Vec<Broken>,
+    odd: Odd,
+}
+
+/// A position that is not finite.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Broken {
+    pub index: u32,
+    /// True if its numbers are finite, but too large for single precision.
+    pub is_large: bool,
+}
+
+/// Rows with attributes that are not finite.
+#[derive(Debug, Default)]
+struct Odd {
+    normals: RowTally,
+    uvs: RowTally,
+    colors: RowTally,
+}
+
+impl Odd {
+    fn tell<'a>(&self, rows: &Rows<'a>, element: &Element<'a>, faults: &mut Faults<'a>) {
+        let help = "expected finite numbers below 3.4e38";
+        let what = ("ply::normal", "has a normal that is not finite: it has none");
+        self.normals.tell(rows, element, what, help, faults);
+        let what = ("ply::uv", "has texture coordinates that are not finite: taken as 0");
+        self.uvs.tell(rows, element, what, help, faults);
+        self.colors.tell(rows, element, ("ply::color", ODD_COLOR), help, faults);
+    }
 }
 
 /// The channels that an element has, with the type and the offset in a row of each.
@@ -136,28 +176,32 @@ impl Vertices {
         let mut vertices = Self::default();
         vertices.reserve(element.count, &layout);
         let mut block = [[0.0; BLOCK]; CHANNELS];
+        let mut starts = [0; BLOCK];
         let mut row = Row::default();
         let mut begin = 0;
         while begin < element.count {
             let length = BLOCK.min(element.count - begin);
             match rows.binary().filter(|_| element.is_fixed()) {
                 Some((bytes, big)) => {
-                    let stride = element.least_bytes();
+                    let (stride, at) = (element.least_bytes(), rows.offset());
                     columns(&layout, bytes, stride, big, &mut block, length);
-                    rows.seek(rows.offset() + length * stride);
+                    starts.iter_mut().enumerate().for_each(|(i, start)| *start = at + i * stride);
+                    rows.seek(at + length * stride);
                 }
                 None => {
                     for index in begin..begin + length {
+                        starts[index - begin] = rows.offset();
                         rows.row(element, &layout.uses, index, &mut row, faults)?;
                         for (column, value) in block.iter_mut().zip(row.channels) {
-                            column[index - begin] = value as f32;
+                            column[index - begin] = narrow(value);
                         }
                     }
                 }
             }
-            vertices.add(&layout, &block, length);
+            vertices.add(&layout, &block, length, &starts);
             begin += length;
         }
+        vertices.odd.tell(rows, element, faults);
         Some(vertices)
     }
 
@@ -176,27 +220,51 @@ impl Vertices {
         }
     }
 
-    /// Takes the rows of a block.
-    fn add(&mut self, layout: &Layout, block: &Block, rows: usize) {
-        let vector = |channels: [usize; 3], i: usize| Vec3::from_array(channels.map(|c| block[c][i]));
-        let first = self.positions.len();
-        self.positions.extend((0..rows).map(|i| vector(POSITION, i)));
+    /// Zeroes and notes the positions from `first` on, those of a block, that are not finite.
+    fn take_out_broken(&mut self, layout: &Layout, block: &Block, first: usize) {
         for (i, position) in self.positions[first..].iter_mut().enumerate() {
             if !position.is_finite() {
                 *position = Vec3::ZERO;
-                self.broken.push((first + i) as u32);
+                // Doubles become infinite only if they are too large.
+                let is_large = |c: usize| {
+                    block[c][i].is_finite()
+                        || block[c][i].is_infinite() && matches!(layout.channels[c], Some((Scalar::F64, _)))
+                };
+                let is_large = POSITION.into_iter().all(is_large);
+                self.broken.push(Broken { index: (first + i) as u32, is_large });
             }
         }
+    }
+
+    /// Takes the rows of a block. `starts`: their offsets.
+    fn add(&mut self, layout: &Layout, block: &Block, rows: usize, starts: &[usize; BLOCK]) {
+        let vector = |channels: [usize; 3], i: usize| Vec3::from_array(channels.map(|c| block[c][i]));
+        let first = self.positions.len();
+        let place = |i: usize| Place { row: first + i, at: starts[i] };
+        self.positions.extend((0..rows).map(|i| vector(POSITION, i)));
+        self.take_out_broken(layout, block, first);
+        let odd = &mut self.odd;
         if layout.has(&NORMAL) {
-            let unit = |n: Vec3| n.as_dvec3().normalize_or_zero().as_vec3();
-            self.normals.extend((0..rows).map(|i| unit(vector(NORMAL, i))));
+            self.normals.extend((0..rows).map(|i| {
+                let normal = vector(NORMAL, i);
+                if !normal.is_finite() {
+                    odd.normals.add(place(i));
+                }
+                normal.as_dvec3().normalize_or_zero().as_vec3()
+            }));
         }
         if layout.has(&UV) {
-            let finite = |uv: Vec2| if uv.is_finite() { uv } else { Vec2::ZERO };
-            self.uvs.extend((0..rows).map(|i| finite(Vec2::from_array(UV.map(|c| block[c][i])))));
+            self.uvs.extend((0..rows).map(|i| {
+                let uv = Vec2::from_array(UV.map(|c| block[c][i]));
+                if uv.is_finite() {
+                    return uv;
+                }
+                odd.uvs.add(place(i));
+                Vec2::ZERO
+            }));
         }
         if layout.has(&COLOR) {
-            self.colors.extend(block, rows);
+            self.colors.extend(block, rows, &mut self.odd.colors, place);
         }
     }
 }

@@ -1,42 +1,38 @@
 //! STL as text.
 
-use super::{Broken, HELP, Triangles};
+use super::{HEADER, Triangles};
 use crate::mesh::TriangleMesh;
 use crate::readers::faults::Faults;
 use crate::readers::lexer::{Lexer, Number, Token, number};
-use crate::readers::stl::weld::Weld;
 use penombre_math::Vec3;
 
-const FACET: &str =
-    "a triangle is `facet normal x y z`, `outer loop`, three times `vertex x y z`, `endloop`, `endfacet`";
+const FACET: &str = "a triangle is `facet normal x y z`, `outer loop`, three times `vertex x y z`, `endloop`, `endfacet`; \
+                     all of them stand between `solid` and `endsolid`";
 
-/// True if a file that is not binary by its length is text: it begins with `solid` and has no zero bytes where binary
-/// files have some.
+/// True if a file that is not binary by its length is text. Where the number of triangles of a binary file stands, text
+/// has letters: they would be 150 million triangles. A few control characters are damage; text that begins with
+/// `solid` may have more.
 pub(super) fn is_text(bytes: &[u8]) -> bool {
-    let mut lexer = Lexer::new(bytes, false);
-    let head = &bytes[..bytes.len().min(512)];
-    lexer.next_word_line()
-        && lexer.token().is_some_and(|w| w.text.eq_ignore_ascii_case(b"solid"))
-        && !head.contains(&0)
+    let controls =
+        |bytes: &[u8]| bytes.iter().filter(|b| b.is_ascii_control() && !matches!(**b, 9..=13)).count();
+    let head = &bytes[..bytes.len().min(HEADER)];
+    let has_solid = Lexer::new(bytes, false).word().is_some_and(|w| is(w, "solid"));
+    let has_count = bytes.get(HEADER - 4..HEADER).is_some_and(|count| controls(count) > 0);
+    let is_clean = !bytes[..bytes.len().min(512)].contains(&0);
+    has_solid && (is_clean || !has_count) || !has_count && controls(head) * 20 <= head.len()
+}
+
+fn is(word: Token<'_>, name: &str) -> bool {
+    word.text.eq_ignore_ascii_case(name.as_bytes())
 }
 
 /// Reads one or more solids.
 pub(super) fn parse<'a>(bytes: &'a [u8], faults: &mut Faults<'a>) -> Option<TriangleMesh> {
-    let broken = Broken {
-        message: "a corner of a triangle is not a finite point: such triangles are left out".to_owned(),
-        ..Broken::default()
-    };
     // A triangle of text takes more than 64 bytes.
-    let soup = Triangles { broken, weld: Weld::with_room(bytes.len() / 256), mesh: TriangleMesh::default() };
-    let lexer = Lexer::new(bytes, false);
-    let mut reader = Reader { lexer, faults, soup, solid: false, facet: None };
-    while let Some(word) = reader.word() {
-        reader.statement(word);
-        if reader.faults.is_full() {
-            return None;
-        }
-    }
-    reader.end();
+    let soup = Triangles::with_room(bytes.len() / 256);
+    let mut reader = Reader { lexer: Lexer::new(bytes, false), faults, soup };
+    reader.first_solid()?;
+    while !reader.faults.is_full() && reader.statement() {}
     let Reader { faults, soup, .. } = reader;
     if faults.failed() {
         return None;
@@ -44,119 +40,165 @@ pub(super) fn parse<'a>(bytes: &'a [u8], faults: &mut Faults<'a>) -> Option<Tria
     Some(soup.finish(faults))
 }
 
-struct Facet<'a> {
-    at: Token<'a>,
-    corners: [Vec3; 3],
-    found: usize,
-}
-
 struct Reader<'a, 'f> {
     lexer: Lexer<'a>,
     faults: &'f mut Faults<'a>,
     soup: Triangles<'a>,
-    /// True between `solid` and `endsolid`.
-    solid: bool,
-    facet: Option<Facet<'a>>,
 }
 
 impl<'a> Reader<'a, '_> {
-    /// The next word, on this line or another.
-    fn word(&mut self) -> Option<Token<'a>> {
-        self.lexer.token().or_else(|| {
-            self.lexer.next_line();
-            if self.lexer.next_word_line() { self.lexer.token() } else { None }
-        })
-    }
-
-    fn statement(&mut self, word: Token<'a>) {
-        let is = |name: &str| word.text.eq_ignore_ascii_case(name.as_bytes());
-        if is("vertex") {
-            self.vertex(word);
-        } else if is("facet") {
-            if let Some(open) = self.facet.take() {
-                self.fault(open.at, "found the next facet within this one, expected `endfacet`");
+    /// Reads the first line; `None` after an error.
+    fn first_solid(&mut self) -> Option<()> {
+        match self.lexer.word() {
+            Some(word) if is(word, "solid") => {
+                self.name();
+                Some(())
             }
-            self.facet = Some(Facet { at: word, corners: [Vec3::ZERO; 3], found: 0 });
-            // The normal says nothing that the corners do not.
-            let ahead = self.lexer.clone();
-            if self.lexer.token().is_some_and(|w| w.text.eq_ignore_ascii_case(b"normal")) {
-                (0..3).for_each(|_| _ = self.lexer.token());
-            } else {
-                self.lexer = ahead;
+            Some(word) => {
+                let message = format!("found text that begins with `{}`, expected `solid`", word.shortened());
+                self.faults.error("stl::statement", word, message, super::HELP);
+                None
             }
-        } else if is("endfacet") {
-            self.end_facet(word);
-        } else if is("outer") || is("loop") || is("endloop") {
-        } else if is("solid") || is("endsolid") || is("end") {
-            if let Some(open) = self.facet.take() {
-                self.fault(open.at, "found the end of the solid within this facet, expected `endfacet`");
+            None => {
+                self.unexpected(None, "`solid`");
+                None
             }
-            self.solid = is("solid");
-            // What follows is its name.
-            self.lexer.next_line();
-        } else {
-            let message = format!("found `{}`, expected a statement of STL", word.shortened());
-            self.fault(word, &message);
-            self.lexer.next_line();
         }
     }
 
-    fn fault(&mut self, at: Token<'a>, message: &str) {
-        self.faults.error("stl::statement", at, message, FACET);
+    /// Reads a facet or the end of a solid. False at the end of the file.
+    fn statement(&mut self) -> bool {
+        match self.lexer.word() {
+            Some(word) if is(word, "facet") => {
+                if self.facet(word).is_none() {
+                    self.go_on();
+                }
+                true
+            }
+            Some(word) if is(word, "endsolid") => {
+                self.name();
+                self.next_solid()
+            }
+            Some(word) => {
+                self.unexpected(Some(word), "`facet` or `endsolid`");
+                if is(word, "solid") {
+                    self.name();
+                } else {
+                    self.go_on();
+                }
+                true
+            }
+            None => {
+                self.unexpected(None, "`facet` or `endsolid`");
+                false
+            }
+        }
     }
 
-    fn vertex(&mut self, word: Token<'a>) {
+    /// Reads the `solid` behind an `endsolid`. False at the end of the file.
+    fn next_solid(&mut self) -> bool {
+        let Some(word) = self.lexer.word() else { return false };
+        if !is(word, "solid") {
+            self.unexpected(Some(word), "`solid` or the end of the file");
+            return false;
+        }
+        self.name();
+        true
+    }
+
+    /// Passes over the name of a solid: the rest of the line, or what stands before `facet normal` and a number.
+    fn name(&mut self) {
+        loop {
+            let here = self.lexer.clone();
+            let Some(word) = self.lexer.token() else { return };
+            let mut ahead = self.lexer.clone();
+            if is(word, "facet")
+                && ahead.token().is_some_and(|w| is(w, "normal"))
+                && ahead.token().is_some_and(|w| number(w.text) != Number::None)
+            {
+                self.lexer = here;
+                return;
+            }
+        }
+    }
+
+    /// Goes to the next statement behind a fault.
+    fn go_on(&mut self) {
+        loop {
+            let here = self.lexer.clone();
+            match self.lexer.word() {
+                Some(w) if ["facet", "endsolid", "solid"].iter().all(|name| !is(w, name)) => {}
+                _ => {
+                    self.lexer = here;
+                    return;
+                }
+            }
+        }
+    }
+
+    /// An error at a word, or at the end of the file.
+    fn unexpected(&mut self, found: Option<Token<'a>>, expected: &str) {
+        if let Some(word) = found {
+            let message = format!("found `{}`, expected {expected}", word.shortened());
+            self.faults.error("stl::statement", word, message, FACET);
+        } else if !self.faults.failed() {
+            let message = format!("found the end of the file, expected {expected}");
+            let end = self.faults.end();
+            self.faults.error("stl::truncated", end, message, "was the file cut?");
+        }
+    }
+
+    /// Reads a word that must be there; `None` after an error, and then the word is still to be read.
+    fn expect(&mut self, name: &str, expected: &str) -> Option<Token<'a>> {
+        let here = self.lexer.clone();
+        let found = self.lexer.word();
+        if found.is_some_and(|word| is(word, name)) {
+            return found;
+        }
+        self.lexer = here;
+        self.unexpected(found, expected);
+        None
+    }
+
+    /// Reads what stands behind `facet`; `None` after an error.
+    fn facet(&mut self, start: Token<'a>) -> Option<()> {
+        let word = self.expect("normal", "`normal`")?;
+        // It says nothing that the corners do not.
+        let index = self.soup.mesh.indices.len();
+        if !self.numbers(word, "the normal")?.is_finite() {
+            self.soup.normals.add(word, index);
+        }
+        self.expect("outer", "`outer loop`")?;
+        self.expect("loop", "`outer loop`")?;
+        let mut corners = [Vec3::ZERO; 3];
+        for corner in &mut corners {
+            let word = self.expect("vertex", "`vertex`: a facet has three")?;
+            *corner = self.numbers(word, "the vertex")?;
+        }
+        self.expect("endloop", "`endloop`")?;
+        self.expect("endfacet", "`endfacet`")?;
+        self.soup.add(corners, index, start);
+        Some(())
+    }
+
+    /// Reads three numbers of a line; those that are not finite become NaN. `None` after an error.
+    fn numbers(&mut self, word: Token<'a>, what: &str) -> Option<Vec3> {
         let mut values = [0.0; 3];
         for (found, value) in values.iter_mut().enumerate() {
             let Some(text) = self.lexer.token() else {
-                let message = format!("the vertex: found {found} numbers, expected 3: x y z");
+                let message = format!("{what}: found {found} numbers, expected 3: x y z");
                 self.faults.error("stl::vertex", word, message, FACET);
-                return;
+                return None;
             };
             match number(text.text) {
                 Number::Finite(v) => *value = v,
                 Number::NotFinite => *value = f32::NAN,
                 fault => {
                     self.faults.bad_number("stl::number", text, fault);
-                    self.lexer.next_line();
-                    return;
+                    return None;
                 }
             }
         }
-        let Some(facet) = &mut self.facet else {
-            return self.fault(word, "found a vertex outside of a facet, expected `facet` before it");
-        };
-        if let Some(corner) = facet.corners.get_mut(facet.found) {
-            *corner = Vec3::from_array(values);
-        }
-        facet.found += 1;
-    }
-
-    fn end_facet(&mut self, word: Token<'a>) {
-        let Some(facet) = self.facet.take() else {
-            return self.fault(word, "found `endfacet`, expected `facet` before it");
-        };
-        // Numbers that could not be read were reported.
-        if facet.found != 3 && !self.faults.failed() {
-            let message = format!("found {} vertices in the facet, expected 3", facet.found);
-            return self.fault(facet.at, &message);
-        }
-        let index = self.soup.mesh.indices.len();
-        self.soup.add(facet.corners, index, facet.at);
-    }
-
-    /// The end of the file.
-    fn end(&mut self) {
-        let end = self.faults.end();
-        if let Some(open) = &self.facet {
-            let message = format!(
-                "found the end of the file in a facet with {} vertices, expected 3 and `endfacet`",
-                open.found
-            );
-            self.faults.error("stl::truncated", end, message, HELP);
-        } else if self.solid && !self.faults.failed() {
-            let message = "the file ends without `endsolid`";
-            self.faults.warning("stl::truncated", end, message, "was the file cut?");
-        }
+        Some(Vec3::from_array(values))
     }
 }
