@@ -281,7 +281,7 @@ mod tests {
                 corners.reverse();
             }
         }
-        assert!(begin.elapsed().as_secs_f32() < 10.0, "{:?}", begin.elapsed());
+        assert!(begin.elapsed().as_secs_f32() < 60.0, "{:?}", begin.elapsed());
     }
 
     #[test]
@@ -370,7 +370,7 @@ mod tests {
         assert_eq!(cuts.iter().position(|c| *c == Cut::TooLarge), Some(40));
         assert_eq!(triangulator.cut(&scattered(ALWAYS_CUT as u64), &mut triangles), Cut::Covered);
         assert_eq!(triangulator.cut(&spiral(1000, 1.5), &mut triangles), Cut::Covered);
-        assert!(begin.elapsed().as_secs_f32() < 2.0, "{:?}", begin.elapsed());
+        assert!(begin.elapsed().as_secs_f32() < 20.0, "{:?}", begin.elapsed());
     }
 
     #[test]
