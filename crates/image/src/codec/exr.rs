@@ -1,5 +1,6 @@
 //! OpenEXR \[OpenEXR\]: 32 bits with ZIP compression out; the first layer with colour or luminance in, or all of them.
 
+mod blocks;
 mod layered;
 mod subsampled;
 
@@ -19,6 +20,7 @@ use ::exr::meta::BlockDescription;
 use ::exr::meta::attribute::{AttributeValue, SampleType, Text};
 use ::exr::meta::header::{Header, LayerAttributes, standard_names};
 use ::exr::prelude::{SmallVec, WritableImage, f16};
+use blocks::Blocks;
 use penombre_math::color::luminance;
 use std::io::{Cursor, Write};
 
@@ -122,6 +124,8 @@ struct Choice {
 enum Fault {
     Library(::exr::error::Error),
     Ours(ImageErrorKind),
+    /// So many bytes before the place that the decoder has reached: what was found and what was expected.
+    Before(usize, String, String),
 }
 
 impl From<::exr::error::Error> for Fault {
@@ -145,6 +149,10 @@ fn reported<'a, T>(
         let mut source = Source { format: Format::Exr, bytes, at: cursor.position() as usize };
         match fault {
             Fault::Ours(kind) => kind,
+            Fault::Before(length, found, expected) => {
+                source.at = source.at.saturating_sub(length);
+                source.fault(found, expected)
+            }
             Fault::Library(::exr::error::Error::NotSupported(what)) => {
                 source.unsupported(what.trim_end_matches(" not supported yet"), "a flat picture")
             }
@@ -212,16 +220,19 @@ fn decode_from(
     Ok(finished(samples, size, &choice, &header, space))
 }
 
-/// Unpacks the blocks of one part, those of its full size.
+/// Unpacks the blocks of one part, those of its full size, each of which must come once.
 fn each_block(
     reader: Reader<&mut Cursor<&[u8]>>,
     part: usize,
     mut put: impl FnMut(&UncompressedBlock) -> UnitResult,
-) -> UnitResult {
+) -> std::result::Result<(), Fault> {
+    let mut blocks = Blocks::new(part);
     let mut chunks = reader
         .filter_chunks(false, |_, tile, block| block.layer == part && tile.is_largest_resolution_level())?;
     while let Some(chunk) = chunks.read_next_chunk() {
-        put(&UncompressedBlock::decompress_chunk(chunk?, chunks.meta_data(), false)?)?;
+        let chunk = chunk?;
+        blocks.take(&chunk, &chunks.headers()[part])?;
+        put(&UncompressedBlock::decompress_chunk(chunk, chunks.meta_data(), false)?)?;
     }
     Ok(())
 }

@@ -45,6 +45,7 @@ pub fn encode(image: &Image, options: &WriteOptions, w: &mut dyn Write) -> Resul
 }
 
 pub fn decode(bytes: &[u8], space: ColorSpace) -> Result<Decoded> {
+    check_process(bytes)?;
     let mut cursor = Cursor::new(bytes);
     // The portable code path of the decoder: the same bits on every processor.
     let options = DecoderOptions::default()
@@ -60,7 +61,6 @@ pub fn decode(bytes: &[u8], space: ColorSpace) -> Result<Decoded> {
         drop(decoder);
         return Err(fault(&cursor, headers.err().as_ref()));
     };
-    let is_frame = |mark| matches!(mark, 0xc0..=0xcf) && !matches!(mark, 0xc4 | 0xc8 | 0xcc);
     let at = first_segment(bytes, is_frame).unwrap_or(0);
     let source = Source { format: Format::Jpeg, bytes, at };
     let (width, height) = source.check_size(info.width.into(), info.height.into(), PIXELS_PER_BYTE)?;
@@ -83,16 +83,56 @@ pub fn decode(bytes: &[u8], space: ColorSpace) -> Result<Decoded> {
     Ok(finish(Format::Jpeg, (width, height), channels, samples, transfer != Transfer::Linear))
 }
 
+/// Whether a mark is that of a frame: C0 to CF, but for tables, conditions of arithmetic coding and a spare one.
+pub fn is_frame(mark: u8) -> bool {
+    matches!(mark, 0xc0..=0xcf) && !matches!(mark, 0xc4 | 0xc8 | 0xcc)
+}
+
+/// Refuses what is neither baseline, extended nor progressive with Huffman codes \[JPEG\].
+fn check_process(bytes: &[u8]) -> Result<()> {
+    let Some(at) = first_segment(bytes, is_frame) else { return Ok(()) };
+    let mark = bytes[at + 1];
+    let what = match mark {
+        0xc3 => "lossless coding",
+        0xc5..=0xc7 => "hierarchical coding",
+        0xc9 | 0xca => "arithmetic coding",
+        0xcb => "lossless arithmetic coding",
+        0xcd..=0xcf => "hierarchical arithmetic coding",
+        _ => return Ok(()),
+    };
+    let source = Source { format: Format::Jpeg, bytes, at };
+    Err(source.unsupported(format!("{what} (SOF{})", mark - 0xc0), "baseline or progressive"))
+}
+
 fn fault(cursor: &Cursor<&[u8]>, error: Option<&DecodeErrors>) -> ImageErrorKind {
     let at = cursor.position() as usize;
     let source = Source { format: Format::Jpeg, bytes: cursor.get_ref(), at };
-    let found = match error {
+    let text = match error {
         Some(DecodeErrors::ExhaustedData | DecodeErrors::IoErrors(_)) | None => {
-            "the end of the file".to_owned()
+            return source.fault("the end of the file", "the rest of the picture");
         }
-        Some(error) => error.to_string().replace('"', ""),
+        Some(error) => one_line(&error.to_string()),
     };
-    source.fault(found, "valid JPEG data")
+    let expected = WORDS.iter().find(|(part, _)| text.contains(part)).map_or("valid JPEG data", |(_, w)| *w);
+    source.fault(text, expected)
+}
+
+/// What texts of the library contain, and what was expected then.
+const WORDS: [(&str, &str); 8] = [
+    ("Number of components cannot be zero", "a frame (SOF) of 1, 3 or 4 components before the first scan"),
+    ("Start of Frame", "one frame (SOF)"),
+    ("bits of precision", "8 bits"),
+    ("width or height", "at least one pixel"),
+    ("invalid length", "the length of a segment, 2 or more"),
+    ("Huffman", "tables and codes of Huffman's kind (DHT)"),
+    ("DQT", "a table of quantisation (DQT) of 64 values"),
+    ("SOS", "the header of a scan (SOS) that fits the frame"),
+];
+
+/// A text of the library, which it may have put in quotes with marks for ends of lines, as a part of a sentence.
+fn one_line(text: &str) -> String {
+    let text = text.replace("\\n", " ").replace('"', "").replace("one one of", "one of");
+    text.split_whitespace().collect::<Vec<_>>().join(" ").trim_end_matches('.').to_owned()
 }
 
 /// A file cut off in its picture still decodes, with grey where the rest should be; so the end mark is required.

@@ -1,5 +1,9 @@
 //! BMP \[BMP\], GIF \[GIF\] (its first frame) and WebP \[WebP\], by the decoders and encoders of the `image` library.
 
+mod bmp;
+mod gif;
+mod webp;
+
 use super::{Result, Source, Transfer, eight_bit, finish, linearise, room, zeroed};
 use crate::error::ImageErrorKind;
 use crate::format::Format;
@@ -59,28 +63,20 @@ fn unwritable(format: Format, error: &ImageError) -> ImageErrorKind {
 }
 
 pub fn decode_bmp(bytes: &[u8], space: ColorSpace) -> Result<Decoded> {
-    // The size stands at byte 18, in words in the oldest files; rows from the top have a negative height.
-    let mut source = Source { format: Format::Bmp, bytes, at: 14 };
-    let header =
-        u32::from_le_bytes(*source.take(4, "the length of the header")?.first_chunk().unwrap_or(&[0; 4]));
-    let [width, height] = if header == 12 {
-        let h = source.take(4, "the size")?;
-        [[h[0], h[1]], [h[2], h[3]]].map(|n| u64::from(u16::from_le_bytes(n)))
-    } else {
-        let h = source.take(8, "the size")?;
-        let side = |at: usize| i32::from_le_bytes([h[at], h[at + 1], h[at + 2], h[at + 3]]);
-        [u64::try_from(side(0)).unwrap_or(0), side(4).unsigned_abs().into()]
-    };
-    source.at = 18;
-    check_size(&source, [width, height], BMP_PIXELS_PER_BYTE)?;
+    let source = Source::new(Format::Bmp, bytes);
+    let (size, at) = bmp::size(&source)?;
+    let (width, height) = check_size(&Source { at, ..source }, size, BMP_PIXELS_PER_BYTE)?;
+    bmp::check_colors(&Source::new(Format::Bmp, bytes), [width as usize, height as usize])?;
     run(Format::Bmp, bytes, space, BMP_PIXELS_PER_BYTE, |cursor| Ok(Box::new(BmpDecoder::new(cursor)?)))
 }
 
 pub fn decode_gif(bytes: &[u8], space: ColorSpace) -> Result<Decoded> {
+    gif::check(&Source::new(Format::Gif, bytes))?;
     run(Format::Gif, bytes, space, GIF_PIXELS_PER_BYTE, |cursor| Ok(Box::new(GifDecoder::new(cursor)?)))
 }
 
 pub fn decode_webp(bytes: &[u8], space: ColorSpace) -> Result<Decoded> {
+    webp::check(&Source::new(Format::Webp, bytes))?;
     run(Format::Webp, bytes, space, WEBP_PIXELS_PER_BYTE, |cursor| Ok(Box::new(WebPDecoder::new(cursor)?)))
 }
 

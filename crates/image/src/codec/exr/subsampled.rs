@@ -3,6 +3,7 @@
 //! The library refuses such files when it checks their headers. So it gets a copy that says that all channels are whole, and
 //! unpacks each block by a header that says how many bytes come out.
 
+use super::blocks::Blocks;
 use super::{Choice, Fault, attribute_text, check_channel_count, check_layer, chosen, finished, reported};
 use crate::codec::{Result, Source, zeroed};
 use crate::format::Format;
@@ -83,9 +84,11 @@ fn decode_from(
         |c: &usize| zeroed::<f32>(size.0 / samplings[*c][0] as u32, size.1 / samplings[*c][1] as u32, 1);
     let planes = choice.channels.iter().map(plane).collect::<Result<_>>().map_err(Fault::Ours)?;
     let mut picture = Picture { header, width, choice, planes };
+    let mut blocks = Blocks::new(0);
     let mut chunks = reader.filter_chunks(false, |_, _, _| true)?;
     while let Some(chunk) = chunks.read_next_chunk() {
         let chunk = chunk?;
+        blocks.take(&chunk, &picture.header)?;
         let place = picture.header.get_block_data_indices(&chunk.compressed_block)?;
         let section = picture.header.get_absolute_block_pixel_coordinates(place)?;
         section.validate(Some(picture.header.layer_size))?;
