@@ -140,11 +140,42 @@ fn told(format: Format, bytes: &[u8], reached: u64, fault: Fault) -> ImageErrorK
             source.fault("the end of the file", "the rest of the picture")
         }
         Fault::Library(ImageError::Unsupported(what)) => {
-            source.unsupported(one_line(&what.to_string()), format!("a usual {format} file"))
+            let text = one_line(&what.to_string());
+            let what = text.split_once("format features ").map_or(&*text, |(_, what)| what);
+            source.unsupported(what, format!("a usual {format} file"))
         }
-        Fault::Library(error) => source.fault(one_line(&error.to_string()), format!("valid {format} data")),
+        Fault::Library(error) => {
+            let text = one_line(&error.to_string());
+            let found = text.strip_prefix(&format!("Format error decoding {}: ", library_name(format)));
+            let expected = WORDS.iter().find(|(part, _)| text.contains(part)).map(|(_, e)| (*e).to_owned());
+            source.fault(found.unwrap_or(&text), expected.unwrap_or_else(|| format!("valid {format} data")))
+        }
     }
 }
+
+fn library_name(format: Format) -> &'static str {
+    match format {
+        Format::Bmp => "Bmp",
+        Format::Gif => "Gif",
+        _ => "WebP",
+    }
+}
+
+/// What texts of the library contain, and what was expected then.
+const WORDS: [(&str, &str); 12] = [
+    ("VP8 magic", "bytes 9d 01 2a before the size"),
+    ("lossless signature", "byte 2f before the size"),
+    ("lossless version", "version 0"),
+    ("image truncated", "data for all pixels of the first picture"),
+    ("LZW", "codes that have a meaning so far"),
+    ("minimal code size", "codes of 1 to 11 bits"),
+    ("than one plane", "one plane"),
+    ("channel bit count", "1, 2, 4, 8, 16, 24 or 32 bits that go with the compression"),
+    ("compression type", "none, runs (1, 2) or masks (3, 6)"),
+    ("header too small", "a header of 12, 40, 52, 56, 108 or 124 bytes"),
+    ("exceeds maximum size", "as many colours as the samples can name, or fewer"),
+    ("soft limit", "at most 65535 pixels across and down"),
+];
 
 fn one_line(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ").replace('"', "")

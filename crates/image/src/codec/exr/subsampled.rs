@@ -120,10 +120,14 @@ fn check_samplings(
             && divides(size.0, corner.x(), x)
             && divides(size.1, corner.y(), y)
     };
-    let odd = header.channels.list.iter().zip(samplings).find(|(_, sampling)| !fits(**sampling));
-    let Some((channel, [x, y])) = odd.filter(|_| samplings.len() == header.channels.list.len()) else {
-        return Ok(());
-    };
+    let list = &header.channels.list;
+    if samplings.len() != list.len() {
+        // As where the header has two lists, of which the library takes the second.
+        let found = format!("a list of {} channels, then one of {}", samplings.len(), list.len());
+        return Err(source.fault(found, "one attribute \"channels\""));
+    }
+    let odd = list.iter().zip(samplings).find(|(_, sampling)| !fits(**sampling));
+    let Some((channel, [x, y])) = odd else { return Ok(()) };
     let name = channel.name.to_string();
     let found = format!(
         "channel {} with a sample for {x} × {y} pixels of {} × {}",

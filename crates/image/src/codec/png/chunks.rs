@@ -6,8 +6,8 @@ use crate::codec::{Result, Source};
 use crate::format::Format;
 use std::borrow::Cow;
 
-/// Where the first chunk begins, behind the signature.
-const FIRST: usize = 8;
+/// What every file begins with. Programs that take it for text change its ends of lines.
+const SIGNATURE: &[u8; 8] = b"\x89PNG\r\n\x1a\n";
 /// Bytes of a chunk beside its data: length and name before, check sum behind.
 const FRAME: usize = 12;
 
@@ -66,7 +66,13 @@ struct Seen {
 /// Checks length, name and check sum of every chunk up to the last, the header's numbers, and that what a picture
 /// needs is there and in order. What stands behind the last chunk does not count.
 pub fn check(bytes: &[u8]) -> Result<Still<'_>> {
-    let mut source = Source { format: Format::Png, bytes, at: FIRST };
+    let mut source = Source::new(Format::Png, bytes);
+    let signature = &bytes[..bytes.len().min(SIGNATURE.len())];
+    if signature != SIGNATURE {
+        let [found, expected] = [signature, SIGNATURE].map(|s| format!("\"{}\"", s.escape_ascii()));
+        return Err(source.fault(found, expected));
+    }
+    source.at = SIGNATURE.len();
     let mut seen = Seen::default();
     let mut animation = Vec::new();
     loop {

@@ -30,6 +30,9 @@ impl Fault {
             return source.fault("very long texts or rows", "at most 64 MiB");
         }
         let text = error.to_string();
+        if let Some(filter) = text.trim_end_matches('.').strip_prefix("Unknown filter method ") {
+            return source.fault(format!("filter {filter}"), "filter 0 to 4 at the start of each row");
+        }
         match WORDS.iter().find(|(part, _, _)| text.contains(part)) {
             Some((_, found, expected)) => source.fault(*found, *expected),
             None => source.fault(text.trim_end_matches('.'), "a sound PNG picture"),
@@ -41,7 +44,7 @@ const ZLIB: &str = "data that zlib packed";
 
 /// What texts of the library contain, what was found and what was expected. Other faults of a file are found before, by
 /// the walk over its chunks.
-const WORDS: [(&str, &str, &str); 11] = [
+const WORDS: [(&str, &str, &str); 10] = [
     ("does not have enough data", "the end of the picture's data", "data for all of its rows"),
     ("IDAT or fdAT chunk is missing", "no picture", "chunk IDAT, with the picture"),
     ("WrongChecksum", "another Adler-32 sum of the picture's data", "the sum that is stored behind them"),
@@ -52,5 +55,4 @@ const WORDS: [(&str, &str, &str); 11] = [
     ("DistanceTooFarBack", "a copy from before the start of the picture's data", ZLIB),
     ("InputStartsWithRun", "a copy from before the start of the picture's data", ZLIB),
     ("Corrupt deflate stream", "a broken code in the picture's data", ZLIB),
-    ("nknown filter method", "a row with an unknown filter", "filter 0 to 4 at the start of each row"),
 ];
