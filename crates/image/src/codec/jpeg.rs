@@ -154,8 +154,11 @@ const HEADS: [&str; 5] = [
 
 /// A text of the library, which it may have put in quotes with marks for ends of lines, as a part of a sentence.
 fn one_line(text: &str) -> String {
-    let text =
-        text.replace("\\n", " ").replace('"', "").replace("one one of", "one of").replace(" at index  {}", "");
+    let text = text
+        .replace("\\n", " ")
+        .replace('"', "")
+        .replace("one one of", "one of")
+        .replace(" at index  {}", "");
     let text = HEADS.iter().find_map(|head| text.strip_prefix(head)).unwrap_or(&text);
     text.split_whitespace().collect::<Vec<_>>().join(" ").trim_end_matches('.').to_owned()
 }

@@ -4,12 +4,13 @@
 /// numbers below `colors`: its byte and itself.
 pub fn first_outside(bytes: &[u8], depth: u32, count: usize, colors: usize) -> Option<(usize, usize)> {
     let per_byte = (8 / depth) as usize;
+    let (log, mask) = (per_byte.ilog2(), (1 << depth) - 1);
     let sample = |n: usize| {
-        let shift = 8 - depth - (n % per_byte) as u32 * depth;
-        usize::from(bytes[n / per_byte] >> shift) & ((1 << depth) - 1)
+        let shift = 8 - depth - (n & (per_byte - 1)) as u32 * depth;
+        usize::from(bytes[n >> log] >> shift) & mask
     };
     let count = count.min(bytes.len() * per_byte);
-    (0..count).map(|n| (n / per_byte, sample(n))).find(|(_, sample)| *sample >= colors)
+    (0..count).map(|n| (n >> log, sample(n))).find(|(_, sample)| *sample >= colors)
 }
 
 #[cfg(test)]

@@ -335,6 +335,41 @@ mod tests {
     }
 
     #[test]
+    fn each_block_must_come_once() {
+        let mut bytes = file(Compression::ZIP16, 2);
+        let table = bytes.windows(18).position(|w| w == b"screenWindowWidth\0").unwrap() + 18 + 6 + 4 + 4 + 1;
+        bytes.copy_within(table + 8..table + 16, table);
+        let error = crate::decode(&bytes, Path::new("a.exr"), ColorSpace::Auto).unwrap_err().to_string();
+        assert!(error.contains("a second block with y = 16"), "{error}");
+    }
+
+    /// The library takes the last list of channels, and sampling is read from the first.
+    #[test]
+    fn a_second_list_of_channels_is_refused() {
+        let bytes = file(Compression::ZIP16, 2);
+        let start = bytes.windows(9).position(|w| w == b"channels\0").unwrap();
+        let end = bytes.windows(12).position(|w| w == b"compression\0").unwrap();
+        let list = b"channels\0chlist\0\x01\0\0\0\0";
+        let message = |bytes: Vec<u8>| {
+            crate::decode(&bytes, Path::new("a.exr"), ColorSpace::Auto).unwrap_err().to_string()
+        };
+        let other = message(
+            [
+                &bytes[..end],
+                b"channels\0chlist\0\x13\0\0\0Y\0",
+                &[1, 0, 0, 0],
+                &[0; 4],
+                &[1, 0, 0, 0, 1, 0, 0, 0, 0],
+                &bytes[end..],
+            ]
+            .concat(),
+        );
+        assert!(other.contains("found a list of 3 channels, then one of 1"), "{other}");
+        let empty = message([&bytes[..start], list, &bytes[start..]].concat());
+        assert!(empty.contains("channels"), "{empty}");
+    }
+
+    #[test]
     fn between_samples_are_their_means() {
         let mut full = [0.0; 16];
         stretch(&[0.0, 2.0, 4.0, 8.0], [4, 4], [2, 2], full.iter_mut());

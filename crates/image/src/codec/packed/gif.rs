@@ -157,3 +157,75 @@ impl Codes {
         self.is_first = false;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::HashMap;
+
+    /// Codes of these colours as GIF packs them, whose lengths grow with the codes known so far.
+    fn pack(colors: &[u8], bits: u32) -> Vec<u8> {
+        let clear = 1usize << bits;
+        let (mut table, mut width, mut known) = (HashMap::new(), bits + 1, clear + 2);
+        let (mut held, mut count, mut out) = (0u64, 0, Vec::new());
+        let mut put = |code: usize, width: u32| {
+            held |= (code as u64) << count;
+            count += width;
+            while count >= 8 {
+                out.push(held as u8);
+                held >>= 8;
+                count -= 8;
+            }
+        };
+        put(clear, width);
+        let mut current = usize::from(colors[0]);
+        for color in &colors[1..] {
+            if let Some(code) = table.get(&(current, *color)) {
+                current = *code;
+                continue;
+            }
+            put(current, width);
+            if known < 1 << LONGEST {
+                table.insert((current, *color), known);
+                known += 1;
+                if known > 1 << width {
+                    width += 1;
+                }
+            } else {
+                put(clear, width);
+                table.clear();
+                (width, known) = (bits + 1, clear + 2);
+            }
+            current = usize::from(*color);
+        }
+        put(current, width);
+        put(clear + 1, width.min(LONGEST));
+        put(0, 8);
+        out
+    }
+
+    #[test]
+    fn codes_are_walked_over_through_all_lengths() {
+        let mut state = 1u32;
+        let mut next = move |below: u32| {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 16) % below
+        };
+        for (bits, colors) in [(2, 3), (4, 9), (7, 100), (8, 200)] {
+            // Some runs, some noise: a table that fills several times.
+            let mut pixels = Vec::new();
+            while pixels.len() < 60_000 {
+                let color = next(colors) as u8;
+                pixels.extend(std::iter::repeat_n(color, 1 + next(5) as usize));
+            }
+            let outside = |pixels: &[u8]| {
+                let mut codes = Codes::new(bits as u8, None).unwrap();
+                pack(pixels, bits).chunks(255).find_map(|block| codes.outside(block, colors as usize))
+            };
+            assert_eq!(outside(&pixels), None, "{bits} bits");
+            pixels.push(colors as u8);
+            assert_eq!(outside(&pixels), Some(colors as usize), "{bits} bits");
+        }
+        assert!(Codes::new(0, None).is_none() && Codes::new(12, None).is_none());
+    }
+}
