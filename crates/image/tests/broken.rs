@@ -440,6 +440,32 @@ fn each_block_of_an_openexr_file_comes_once() {
 }
 
 #[test]
+fn attributes_of_another_length_are_named() {
+    let file = written(Format::Exr, 5, 40);
+    for (name, kind, length) in [
+        ("channels", "chlist", 55),
+        ("compression", "compression", 1),
+        ("dataWindow", "box2i", 16),
+        ("displayWindow", "box2i", 16),
+        ("lineOrder", "lineOrder", 1),
+        ("pixelAspectRatio", "float", 4),
+        ("screenWindowCenter", "v2f", 8),
+        ("screenWindowWidth", "float", 4),
+    ] {
+        let head = format!("{name}\0{kind}\0");
+        let at = file.windows(head.len()).position(|w| w == head.as_bytes()).unwrap();
+        let place = at + head.len();
+        assert_eq!(file[place..place + 4], [length, 0, 0, 0], "{name}");
+        for wrong in [0, 1, u32::from(length) - 1, u32::from(length) + 1, 1000, 1 << 31, u32::MAX] {
+            if wrong != length.into() {
+                let words = format!("byte {at}: found attribute \"{name}\" of {wrong} bytes, expected ");
+                refused(&with(&file, place, &wrong.to_le_bytes()), &words);
+            }
+        }
+    }
+}
+
+#[test]
 fn jpeg_files_of_other_processes_are_named() {
     let file = written(Format::Jpeg, 13, 9);
     let at = file.windows(2).position(|w| w == [0xff, 0xc0]).unwrap();

@@ -25,6 +25,7 @@ pub fn reported<'a, T>(
     bytes: &'a [u8],
     run: impl FnOnce(&mut Cursor<&'a [u8]>, &'a [u8]) -> std::result::Result<T, Fault>,
 ) -> Result<T> {
+    check_attributes(bytes)?;
     let mut cursor = Cursor::new(bytes);
     run(&mut cursor, bytes).map_err(|fault| {
         let mut source = Source { format: Format::Exr, bytes, at: cursor.position() as usize };
@@ -36,9 +37,6 @@ pub fn reported<'a, T>(
             }
             Fault::Library(Error::NotSupported(what)) => unsupported(&source, &what),
             Fault::Library(error) => {
-                if let Some(kind) = broken_attribute(&mut source) {
-                    return kind;
-                }
                 let (found, expected) = words(&source, error.to_string().trim_start_matches("invalid: "));
                 source.fault(found, expected)
             }
@@ -92,29 +90,75 @@ const EXPECTED: [(&str, &str); 9] = [
 const SENTENCES: [&str; 9] =
     ["missing", "compressed", "exceeding", " not ", "too ", "zero ", "at least", "failed", "Overflow"];
 
-/// The first attribute of the first header that runs over the end of the file.
-fn broken_attribute(source: &mut Source<'_>) -> Option<ImageErrorKind> {
-    let reached = source.at;
-    source.at = 8;
-    while source.peek()? != 0 {
-        let start = source.at;
-        let name = attribute_text(source);
-        let _kind = attribute_text(source);
-        let length = source.rest().first_chunk::<4>().map(|l| u32::from_le_bytes(*l) as usize);
-        let left = source.rest().len().saturating_sub(4);
-        match length {
-            Some(length) if length <= left => source.at += 4 + length,
-            _ => {
-                source.at = start;
-                let length = length.map_or("a cut-off length".to_owned(), |l| format!("{l} bytes"));
-                let found =
-                    format!("attribute \"{}\" of {length}", name[..name.len().min(64)].escape_ascii());
-                return Some(source.fault(found, format!("at most the {left} bytes left")));
-            }
+/// Checks that no attribute of any header runs over the end of the file or has another length than its kind, which the
+/// library does not look at.
+fn check_attributes(bytes: &[u8]) -> Result<()> {
+    let mut source = Source { format: Format::Exr, bytes, at: 8 };
+    let version = bytes.get(4..8).and_then(|b| b.first_chunk()).map_or(0, |b| u32::from_le_bytes(*b));
+    loop {
+        // A zero ends a header. One more ends those of several parts.
+        while source.peek().is_some_and(|byte| byte != 0) {
+            check_attribute(&mut source)?;
+        }
+        source.at += 1;
+        if version & SEVERAL_PARTS == 0 || source.peek().is_none_or(|byte| byte == 0) {
+            return Ok(());
         }
     }
-    source.at = reached;
-    None
+}
+
+/// The flag of the version field.
+const SEVERAL_PARTS: u32 = 0x1000;
+
+fn check_attribute(source: &mut Source<'_>) -> Result<()> {
+    let start = source.at;
+    let name = attribute_text(source);
+    let kind = attribute_text(source);
+    let length = source.rest().first_chunk::<4>().map(|l| u32::from_le_bytes(*l) as usize);
+    let left = source.rest().len().saturating_sub(4);
+    let shown = format!("attribute \"{}\" of ", name[..name.len().min(64)].escape_ascii());
+    source.at = start;
+    let Some(length) = length.filter(|length| *length <= left) else {
+        let length = length.map_or("a cut-off length".to_owned(), |length| format!("{length} bytes"));
+        return Err(source.fault(shown + &length, format!("at most the {left} bytes left")));
+    };
+    let end = source.bytes.len() - left + length;
+    if let Some(expected) = other_length(kind, &source.bytes[end - length..end]) {
+        return Err(source.fault(format!("{shown}{length} bytes"), expected));
+    }
+    source.at = end;
+    Ok(())
+}
+
+/// What length a value of this kind has, if this is another one \[OpenEXR\].
+fn other_length(kind: &[u8], value: &[u8]) -> Option<String> {
+    let length = match kind {
+        b"chlist" => {
+            let is_whole = list_length(value) == Some(value.len());
+            return (!is_whole).then(|| "the length of its list of channels".to_owned());
+        }
+        b"compression" | b"envmap" | b"lineOrder" => 1,
+        b"float" | b"int" => 4,
+        b"double" | b"rational" | b"timecode" | b"v2f" | b"v2i" => 8,
+        b"tiledesc" => 9,
+        b"v3f" | b"v3i" => 12,
+        b"box2f" | b"box2i" => 16,
+        b"keycode" => 28,
+        b"chromaticities" => 32,
+        b"m33f" => 36,
+        b"m44f" => 64,
+        _ => return None,
+    };
+    (value.len() != length).then(|| format!("{length} bytes"))
+}
+
+/// Bytes up to the end of a list of channels: names with a zero and 16 bytes each, then a zero.
+fn list_length(list: &[u8]) -> Option<usize> {
+    let mut at = 0;
+    while *list.get(at)? != 0 {
+        at += list[at..].iter().position(|b| *b == 0)? + 17;
+    }
+    Some(at + 1)
 }
 
 /// A text of the header up to its closing zero, at most 255 bytes.
