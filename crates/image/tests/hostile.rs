@@ -10,6 +10,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 static CAUGHT: AtomicUsize = AtomicUsize::new(0);
+/// Those among them that are not in a library.
+static OURS: AtomicUsize = AtomicUsize::new(0);
 
 /// Counts the panics that the library catches, which print nothing then.
 fn count_caught_panics() {
@@ -19,6 +21,10 @@ fn count_caught_panics() {
         std::panic::set_hook(Box::new(move |info| {
             if panic_is_contained() {
                 CAUGHT.fetch_add(1, Ordering::Relaxed);
+                let is_ours = info
+                    .location()
+                    .is_some_and(|l| l.file().replace('\\', "/").contains("crates/image/src/"));
+                OURS.fetch_add(usize::from(is_ours), Ordering::Relaxed);
             } else {
                 usual(info);
             }
@@ -130,6 +136,7 @@ fn a_file_cut_anywhere_is_refused() {
             assert!(decode_layers(&file[..length], Path::new("cut")).is_err(), "{format} cut to {length}");
         }
     }
+    assert_eq!(OURS.load(Ordering::Relaxed), 0, "panics in our own code");
 }
 
 #[test]
@@ -203,6 +210,7 @@ fn mutated_files_never_panic_or_hang() {
     }
     let caught = CAUGHT.load(Ordering::Relaxed) - before;
     println!("{caught} panics of decoders were caught");
+    assert_eq!(OURS.load(Ordering::Relaxed), 0, "panics in our own code");
 }
 
 /// Files that begin well, claim much and end soon: the memory goes with what is read, not with what is claimed.
