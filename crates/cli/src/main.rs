@@ -65,6 +65,7 @@ fn main() -> ExitCode {
     };
     report::set_panic_message();
     penombre_sys::return_large_blocks();
+    penombre_sys::fail_beyond_file_size_limit();
     if let Err(unknown) = InstructionSet::from_environment() {
         report::error(
             &format!("{}: {unknown}", InstructionSet::VARIABLE),

@@ -5,6 +5,7 @@ pub mod exr;
 pub mod hdr;
 pub mod jpeg;
 pub mod packed;
+pub mod palette;
 pub mod pfm;
 pub mod png;
 pub mod pnm;
@@ -33,7 +34,7 @@ impl<'a> Source<'a> {
     }
 
     pub fn rest(&self) -> &'a [u8] {
-        &self.bytes[self.at..]
+        &self.bytes[self.at.min(self.bytes.len())..]
     }
 
     pub fn peek(&self) -> Option<u8> {

@@ -114,8 +114,7 @@ fn png(head: &[u8]) -> Option<ImageSize> {
 }
 
 fn jpeg(head: &[u8]) -> Option<ImageSize> {
-    let is_frame = |mark| matches!(mark, 0xc0..=0xcf) && !matches!(mark, 0xc4 | 0xc8 | 0xcc);
-    let at = codec::jpeg::first_segment(head, is_frame)?;
+    let at = codec::jpeg::first_segment(head, codec::jpeg::is_frame)?;
     let side = |at: usize| Some(u64::from(u16::from_be_bytes(*head.get(at..)?.first_chunk()?)));
     let channels = if *head.get(at + 9)? == 1 { 1 } else { 3 };
     sized(side(at + 7)?, side(at + 5)?, channels, 1)

@@ -52,6 +52,12 @@ pub fn return_large_blocks() {
     imp::return_large_blocks();
 }
 
+/// Makes a write beyond the largest size that a file may have (`ulimit -f`) fail, for as long as the process lives, where
+/// Unix would end the program and leave half a file. Programs that this one starts inherit it.
+pub fn fail_beyond_file_size_limit() {
+    imp::fail_beyond_file_size_limit();
+}
+
 /// Whether a process of this number runs on this machine. `None` where the system does not tell.
 pub(crate) fn process_is_alive(pid: u32) -> Option<bool> {
     imp::process_is_alive(pid)
@@ -140,6 +146,11 @@ mod imp {
     #[cfg(not(all(target_os = "linux", target_env = "gnu")))]
     pub fn return_large_blocks() {}
 
+    pub fn fail_beyond_file_size_limit() {
+        // SAFETY: SIG_IGN is no handler that could run, and SIGXFSZ is a signal that may be ignored.
+        let _ = unsafe { libc::signal(libc::SIGXFSZ, libc::SIG_IGN) };
+    }
+
     pub fn process_is_alive(pid: u32) -> Option<bool> {
         let pid = libc::pid_t::try_from(pid).ok().filter(|p| *p > 0)?;
         // SAFETY: kill with signal 0 sends nothing, it only checks that the process exists.
@@ -181,6 +192,8 @@ mod imp {
     }
 
     pub fn return_large_blocks() {}
+
+    pub fn fail_beyond_file_size_limit() {}
 
     pub fn process_is_alive(_pid: u32) -> Option<bool> {
         None

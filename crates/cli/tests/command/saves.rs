@@ -150,6 +150,34 @@ fn fill(disk: &Path, free: usize) {
     std::fs::write(&filler, vec![1; room.saturating_sub(free)]).unwrap();
 }
 
+/// The system's signal for that would end the command in mid-save.
+#[test]
+fn a_file_beyond_the_allowed_size_is_told_and_leaves_nothing() {
+    let folder = Folder::new();
+    save(&folder.path("a.exr"), &noise(200, 150, 6), &WriteOptions::default()).unwrap();
+    folder.ok(&["convert", "a.exr", "old.png"]);
+    let old = std::fs::read(folder.path("old.png")).unwrap();
+    assert!(old.len() > 1 << 16);
+    for output in ["old.png", "new.png"] {
+        // Blocks of 512 bytes: more than the messages take, less than the picture.
+        let said = Command::new("sh")
+            .args([
+                "-c",
+                "ulimit -f 64; exec \"$0\" convert a.exr \"$1\"",
+                env!("CARGO_BIN_EXE_penombre"),
+                output,
+            ])
+            .current_dir(folder.0.path())
+            .output()
+            .unwrap();
+        let words = text(&said.stderr);
+        assert_eq!(said.status.code(), Some(1), "{words}");
+        assert!(words.contains("not saved") && words.contains("too large"), "{words}");
+    }
+    assert!(std::fs::read(folder.path("old.png")).unwrap() == old);
+    assert_eq!(names(folder.0.path()), ["a.exr", "old.png"]);
+}
+
 #[test]
 fn a_folder_that_cannot_be_written_is_told_at_once() {
     let folder = Folder::new();

@@ -1,5 +1,7 @@
 //! OpenEXR \[OpenEXR\]: 32 bits with ZIP compression out; the first layer with colour or luminance in, or all of them.
 
+mod blocks;
+mod fault;
 mod layered;
 mod subsampled;
 
@@ -19,6 +21,8 @@ use ::exr::meta::BlockDescription;
 use ::exr::meta::attribute::{AttributeValue, SampleType, Text};
 use ::exr::meta::header::{Header, LayerAttributes, standard_names};
 use ::exr::prelude::{SmallVec, WritableImage, f16};
+use blocks::Blocks;
+use fault::{Fault, attribute_text, reported};
 use penombre_math::color::luminance;
 use std::io::{Cursor, Write};
 
@@ -117,78 +121,9 @@ struct Choice {
     chroma: bool,
 }
 
-/// What the decoding library says, or what we do.
-enum Fault {
-    Library(::exr::error::Error),
-    Ours(ImageErrorKind),
-}
-
-impl From<::exr::error::Error> for Fault {
-    fn from(error: ::exr::error::Error) -> Self {
-        Self::Library(error)
-    }
-}
-
 pub fn decode(bytes: &[u8], space: ColorSpace) -> Result<Decoded> {
     subsampled::decode(bytes, space)
         .unwrap_or_else(|| reported(bytes, |cursor, bytes| decode_from(cursor, bytes, space)))
-}
-
-/// Runs a decoder and tells its fault with the place it had reached.
-fn reported<'a, T>(
-    bytes: &'a [u8],
-    run: impl FnOnce(&mut Cursor<&'a [u8]>, &'a [u8]) -> std::result::Result<T, Fault>,
-) -> Result<T> {
-    let mut cursor = Cursor::new(bytes);
-    run(&mut cursor, bytes).map_err(|fault| {
-        let mut source = Source { format: Format::Exr, bytes, at: cursor.position() as usize };
-        match fault {
-            Fault::Ours(kind) => kind,
-            Fault::Library(::exr::error::Error::NotSupported(what)) => {
-                source.unsupported(what.trim_end_matches(" not supported yet"), "a flat picture")
-            }
-            Fault::Library(error) => {
-                if let Some(kind) = broken_attribute(&mut source) {
-                    return kind;
-                }
-                let text = error.to_string();
-                source.fault(text.trim_start_matches("invalid: "), "valid OpenEXR data")
-            }
-        }
-    })
-}
-
-/// The first attribute of the first header that runs over the end of the file.
-fn broken_attribute(source: &mut Source<'_>) -> Option<ImageErrorKind> {
-    let reached = source.at;
-    source.at = 8;
-    while source.peek()? != 0 {
-        let start = source.at;
-        let name = attribute_text(source);
-        let _kind = attribute_text(source);
-        let length = source.rest().first_chunk::<4>().map(|l| u32::from_le_bytes(*l) as usize);
-        let left = source.rest().len().saturating_sub(4);
-        match length {
-            Some(length) if length <= left => source.at += 4 + length,
-            _ => {
-                source.at = start;
-                let length = length.map_or("a cut-off length".to_owned(), |l| format!("{l} bytes"));
-                let found =
-                    format!("attribute \"{}\" of {length}", name[..name.len().min(64)].escape_ascii());
-                return Some(source.fault(found, format!("at most the {left} bytes left")));
-            }
-        }
-    }
-    source.at = reached;
-    None
-}
-
-/// A text of the header up to its closing zero, at most 255 bytes.
-fn attribute_text<'a>(source: &mut Source<'a>) -> &'a [u8] {
-    let rest = source.rest();
-    let length = rest.iter().take(255).position(|b| *b == 0).unwrap_or(rest.len().min(255));
-    source.at = (source.at + length + 1).min(source.bytes.len());
-    &rest[..length]
 }
 
 fn decode_from(
@@ -211,16 +146,19 @@ fn decode_from(
     Ok(finished(samples, size, &choice, &header, space))
 }
 
-/// Unpacks the blocks of one part, those of its full size.
+/// Unpacks the blocks of one part, those of its full size, each of which must come once.
 fn each_block(
     reader: Reader<&mut Cursor<&[u8]>>,
     part: usize,
     mut put: impl FnMut(&UncompressedBlock) -> UnitResult,
-) -> UnitResult {
+) -> std::result::Result<(), Fault> {
+    let mut blocks = Blocks::new(part);
     let mut chunks = reader
         .filter_chunks(false, |_, tile, block| block.layer == part && tile.is_largest_resolution_level())?;
     while let Some(chunk) = chunks.read_next_chunk() {
-        put(&UncompressedBlock::decompress_chunk(chunk?, chunks.meta_data(), false)?)?;
+        let chunk = chunk?;
+        blocks.take(&chunk, &chunks.headers()[part])?;
+        put(&UncompressedBlock::decompress_chunk(chunk, chunks.meta_data(), false)?)?;
     }
     Ok(())
 }

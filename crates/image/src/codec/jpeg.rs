@@ -45,6 +45,7 @@ pub fn encode(image: &Image, options: &WriteOptions, w: &mut dyn Write) -> Resul
 }
 
 pub fn decode(bytes: &[u8], space: ColorSpace) -> Result<Decoded> {
+    check_frame(bytes)?;
     let mut cursor = Cursor::new(bytes);
     // The portable code path of the decoder: the same bits on every processor.
     let options = DecoderOptions::default()
@@ -60,7 +61,6 @@ pub fn decode(bytes: &[u8], space: ColorSpace) -> Result<Decoded> {
         drop(decoder);
         return Err(fault(&cursor, headers.err().as_ref()));
     };
-    let is_frame = |mark| matches!(mark, 0xc0..=0xcf) && !matches!(mark, 0xc4 | 0xc8 | 0xcc);
     let at = first_segment(bytes, is_frame).unwrap_or(0);
     let source = Source { format: Format::Jpeg, bytes, at };
     let (width, height) = source.check_size(info.width.into(), info.height.into(), PIXELS_PER_BYTE)?;
@@ -82,16 +82,84 @@ pub fn decode(bytes: &[u8], space: ColorSpace) -> Result<Decoded> {
     Ok(finish(Format::Jpeg, (width, height), channels, samples, transfer != Transfer::Linear))
 }
 
+/// Whether a mark is that of a frame: C0 to CF, but for tables, conditions of arithmetic coding and a spare one.
+pub fn is_frame(mark: u8) -> bool {
+    matches!(mark, 0xc0..=0xcf) && !matches!(mark, 0xc4 | 0xc8 | 0xcc)
+}
+
+/// Refuses what is neither baseline, extended nor progressive with Huffman codes \[JPEG\], and sizes that the file cannot
+/// hold.
+fn check_frame(bytes: &[u8]) -> Result<()> {
+    let Some(at) = first_segment(bytes, is_frame) else { return Ok(()) };
+    let source = Source { format: Format::Jpeg, bytes, at };
+    let mark = bytes[at + 1];
+    let what = match mark {
+        0xc3 => "lossless coding",
+        0xc5..=0xc7 => "hierarchical coding",
+        0xc9 | 0xca => "arithmetic coding",
+        0xcb => "lossless arithmetic coding",
+        0xcd..=0xcf => "hierarchical arithmetic coding",
+        _ => {
+            // Mark, length and depth stand before the size.
+            let Some(&[h0, h1, w0, w1]) = bytes.get(at + 5..at + 9) else { return Ok(()) };
+            let [height, width] = [[h0, h1], [w0, w1]].map(|n| u16::from_be_bytes(n).into());
+            return source.check_size(width, height, PIXELS_PER_BYTE).map(drop);
+        }
+    };
+    Err(source.unsupported(format!("{what} (SOF{})", mark - 0xc0), "baseline or progressive"))
+}
+
 fn fault(cursor: &Cursor<&[u8]>, error: Option<&DecodeErrors>) -> ImageErrorKind {
     let at = cursor.position() as usize;
     let source = Source { format: Format::Jpeg, bytes: cursor.get_ref(), at };
-    let found = match error {
+    let text = match error {
         Some(DecodeErrors::ExhaustedData | DecodeErrors::IoErrors(_)) | None => {
-            "the end of the file".to_owned()
+            return source.fault("the end of the file", "the rest of the picture");
         }
-        Some(error) => error.to_string().replace('"', ""),
+        Some(error) => one_line(&error.to_string()),
     };
-    source.fault(found, "valid JPEG data")
+    if text.contains("Premature End") {
+        return source.fault("the end of the file", "the rest of the picture");
+    }
+    let expected = WORDS.iter().find(|(part, _)| text.contains(part)).map_or("valid JPEG data", |(_, w)| *w);
+    source.fault(text, expected)
+}
+
+/// What texts of the library contain, and what was expected then.
+const WORDS: [(&str, &str); 13] = [
+    ("Number of components cannot be zero", "a frame (SOF) of 1, 3 or 4 components before the first scan"),
+    ("Start of Frame", "one frame (SOF)"),
+    ("start of frame", "3 bytes for each component behind 8 others"),
+    ("bits of precision", "8 bits"),
+    ("invalid length", "the length of a segment, 2 or more"),
+    ("Extra bytes", "the mark of the next segment"),
+    ("component id", "a component of the frame"),
+    ("able for component", "its table before the first scan"),
+    ("uffman", "tables and codes of Huffman's kind (DHT)"),
+    ("DQT", "tables of quantisation (DQT) of 64 values"),
+    ("SOS", "the header of a scan (SOS) that fits the frame"),
+    ("marker in bit stream", "codes of the picture, or the mark of a restart"),
+    ("ampl", "1, 2 or 4 samples across and down"),
+];
+
+/// How texts of the library begin that only repeat what follows.
+const HEADS: [&str; 5] = [
+    "Error decoding huffman values: ",
+    "Error parsing DQT segment. Reason:",
+    "Error parsing SOF segment. Reason:",
+    "Error parsing SOS Segment. Reason:",
+    "[strict-mode]: ",
+];
+
+/// A text of the library, which it may have put in quotes with marks for ends of lines, as a part of a sentence.
+fn one_line(text: &str) -> String {
+    let text = text
+        .replace("\\n", " ")
+        .replace('"', "")
+        .replace("one one of", "one of")
+        .replace(" at index  {}", "");
+    let text = HEADS.iter().find_map(|head| text.strip_prefix(head)).unwrap_or(&text);
+    text.split_whitespace().collect::<Vec<_>>().join(" ").trim_end_matches('.').to_owned()
 }
 
 /// A file cut off in its picture still decodes, with grey where the rest should be; so the end mark is required.

@@ -1,5 +1,9 @@
 //! BMP \[BMP\], GIF \[GIF\] (its first frame) and WebP \[WebP\], by the decoders and encoders of the `image` library.
 
+mod bmp;
+mod gif;
+mod webp;
+
 use super::{Result, Source, Transfer, coded, eight_bit, finish, keep_first, zeroed};
 use crate::error::ImageErrorKind;
 use crate::format::Format;
@@ -59,28 +63,20 @@ fn unwritable(format: Format, error: &ImageError) -> ImageErrorKind {
 }
 
 pub fn decode_bmp(bytes: &[u8], space: ColorSpace) -> Result<Decoded> {
-    // The size stands at byte 18, in words in the oldest files; rows from the top have a negative height.
-    let mut source = Source { format: Format::Bmp, bytes, at: 14 };
-    let header =
-        u32::from_le_bytes(*source.take(4, "the length of the header")?.first_chunk().unwrap_or(&[0; 4]));
-    let [width, height] = if header == 12 {
-        let h = source.take(4, "the size")?;
-        [[h[0], h[1]], [h[2], h[3]]].map(|n| u64::from(u16::from_le_bytes(n)))
-    } else {
-        let h = source.take(8, "the size")?;
-        let side = |at: usize| i32::from_le_bytes([h[at], h[at + 1], h[at + 2], h[at + 3]]);
-        [u64::try_from(side(0)).unwrap_or(0), side(4).unsigned_abs().into()]
-    };
-    source.at = 18;
-    check_size(&source, [width, height], BMP_PIXELS_PER_BYTE)?;
+    let source = Source::new(Format::Bmp, bytes);
+    let (size, at) = bmp::size(&source)?;
+    let (width, height) = check_size(&Source { at, ..source }, size, BMP_PIXELS_PER_BYTE)?;
+    bmp::check_colors(&Source::new(Format::Bmp, bytes), [width as usize, height as usize])?;
     run(Format::Bmp, bytes, space, BMP_PIXELS_PER_BYTE, |cursor| Ok(Box::new(BmpDecoder::new(cursor)?)))
 }
 
 pub fn decode_gif(bytes: &[u8], space: ColorSpace) -> Result<Decoded> {
+    gif::check(&Source::new(Format::Gif, bytes))?;
     run(Format::Gif, bytes, space, GIF_PIXELS_PER_BYTE, |cursor| Ok(Box::new(GifDecoder::new(cursor)?)))
 }
 
 pub fn decode_webp(bytes: &[u8], space: ColorSpace) -> Result<Decoded> {
+    webp::check(&Source::new(Format::Webp, bytes))?;
     run(Format::Webp, bytes, space, WEBP_PIXELS_PER_BYTE, |cursor| Ok(Box::new(WebPDecoder::new(cursor)?)))
 }
 
@@ -142,11 +138,42 @@ fn told(format: Format, bytes: &[u8], reached: u64, fault: Fault) -> ImageErrorK
             source.fault("the end of the file", "the rest of the picture")
         }
         Fault::Library(ImageError::Unsupported(what)) => {
-            source.unsupported(one_line(&what.to_string()), format!("a usual {format} file"))
+            let text = one_line(&what.to_string());
+            let what = text.split_once("format features ").map_or(&*text, |(_, what)| what);
+            source.unsupported(what, format!("a usual {format} file"))
         }
-        Fault::Library(error) => source.fault(one_line(&error.to_string()), format!("valid {format} data")),
+        Fault::Library(error) => {
+            let text = one_line(&error.to_string());
+            let found = text.strip_prefix(&format!("Format error decoding {}: ", library_name(format)));
+            let expected = WORDS.iter().find(|(part, _)| text.contains(part)).map(|(_, e)| (*e).to_owned());
+            source.fault(found.unwrap_or(&text), expected.unwrap_or_else(|| format!("valid {format} data")))
+        }
     }
 }
+
+fn library_name(format: Format) -> &'static str {
+    match format {
+        Format::Bmp => "Bmp",
+        Format::Gif => "Gif",
+        _ => "WebP",
+    }
+}
+
+/// What texts of the library contain, and what was expected then.
+const WORDS: [(&str, &str); 12] = [
+    ("VP8 magic", "bytes 9d 01 2a before the size"),
+    ("lossless signature", "byte 2f before the size"),
+    ("lossless version", "version 0"),
+    ("image truncated", "data for all pixels of the first picture"),
+    ("LZW", "codes that have a meaning so far"),
+    ("minimal code size", "codes of 1 to 11 bits"),
+    ("than one plane", "one plane"),
+    ("channel bit count", "1, 2, 4, 8, 16, 24 or 32 bits that go with the compression"),
+    ("compression type", "none, runs (1, 2) or masks (3, 6)"),
+    ("header too small", "a header of 12, 40, 52, 56, 108 or 124 bytes"),
+    ("exceeds maximum size", "as many colours as the samples can name, or fewer"),
+    ("soft limit", "at most 65535 pixels across and down"),
+];
 
 fn one_line(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ").replace('"', "")

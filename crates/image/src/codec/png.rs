@@ -1,12 +1,17 @@
 //! PNG: 8-bit colour, and alpha, out; every depth and colour type in.
 
+mod chunks;
+mod fault;
+mod palette;
+
 use super::{Result, Source, Transfer, coded, eight_bit_rows, finish, zeroed};
 use crate::error::ImageErrorKind;
 use crate::format::Format;
 use crate::image::Image;
 use crate::io::{ColorSpace, Decoded, WriteOptions};
 use crate::tone::ToneCurve;
-use ::png::{BitDepth, ColorType, Decoder, DecodingError, Encoder, EncodingError, Info, Transformations};
+use ::png::{BitDepth, ColorType, DecodeOptions, Decoder, Encoder, EncodingError, Info, Transformations};
+use fault::Fault;
 use std::io::{Cursor, Write};
 
 /// Deflate makes at best 1032 bytes of one, and a byte holds up to 8 pixels.
@@ -64,49 +69,22 @@ fn encode_rows(
 /// display light as sRGB, which is what they are read back as.
 const TONE_KEY: &str = "penombre:tone";
 
-/// What the decoding library says, or what we do.
-enum Fault {
-    Library(DecodingError),
-    Ours(ImageErrorKind),
-}
-
-impl From<DecodingError> for Fault {
-    fn from(error: DecodingError) -> Self {
-        Self::Library(error)
-    }
-}
-
 pub fn decode(bytes: &[u8], space: ColorSpace) -> Result<Decoded> {
-    let mut cursor = Cursor::new(bytes);
-    decode_from(&mut cursor, bytes, space).map_err(|fault| {
-        let at = cursor.position() as usize;
-        let source = Source { format: Format::Png, bytes, at };
-        match fault {
-            Fault::Ours(kind) => kind,
-            Fault::Library(DecodingError::IoError(_)) => {
-                source.fault("the end of the file", "the rest of the picture, up to the IEND chunk")
-            }
-            Fault::Library(error) => source.fault(error.to_string().trim_end_matches('.'), "valid PNG data"),
-        }
+    let still = chunks::check(bytes)?;
+    let mut cursor = Cursor::new(&*still.bytes);
+    decode_from(&mut cursor, still.size, space).map_err(|fault| {
+        let at = still.place(cursor.position() as usize);
+        fault.told(&Source { format: Format::Png, bytes, at })
     })
 }
 
 fn decode_from(
     cursor: &mut Cursor<&[u8]>,
-    bytes: &[u8],
+    (width, height): (u32, u32),
     space: ColorSpace,
 ) -> std::result::Result<Decoded, Fault> {
-    let header = opened(cursor).read_header_info()?.clone();
+    check_rows(cursor)?;
     cursor.set_position(0);
-    // The size stands at byte 16, after the signature, length and name of the first chunk.
-    let source = Source { format: Format::Png, bytes, at: 16 };
-    let (width, height) =
-        source.check_size(header.width.into(), header.height.into(), PIXELS_PER_BYTE).map_err(Fault::Ours)?;
-    let bits = u64::from(header.bit_depth as u8) * header.color_type.samples() as u64;
-    if u64::from(width) * u64::from(height) * bits / 8 > LARGE {
-        check_whole(cursor)?;
-        cursor.set_position(0);
-    }
     let mut reader = opened(cursor).read_info()?;
     let (color, depth) = reader.output_color_type();
     let channels = color.samples() as u32;
@@ -124,17 +102,34 @@ fn decode_from(
 }
 
 fn opened<'a, 'b>(cursor: &'a mut Cursor<&'b [u8]>) -> Decoder<&'a mut Cursor<&'b [u8]>> {
-    let mut decoder = Decoder::new(cursor);
-    decoder.set_ignore_iccp_chunk(true);
+    let mut options = DecodeOptions::default();
+    options.set_ignore_adler32(false);
+    // The sums of the chunks have been checked.
+    options.set_ignore_crc(true);
+    options.set_ignore_iccp_chunk(true);
+    let mut decoder = Decoder::new_with_options(cursor, options);
     decoder.set_transformations(Transformations::EXPAND);
     decoder
 }
 
-/// Reads all rows and keeps none.
-fn check_whole(cursor: &mut Cursor<&[u8]>) -> std::result::Result<(), Fault> {
-    let mut reader = opened(cursor).read_info()?;
-    while reader.next_row()?.is_some() {}
-    reader.finish()?;
+/// Reads all rows of a large picture, and of one with fewer colours than its samples can name, and keeps none.
+fn check_rows(cursor: &mut Cursor<&[u8]>) -> std::result::Result<(), Fault> {
+    let mut decoder = opened(cursor);
+    decoder.set_transformations(Transformations::IDENTITY);
+    let mut reader = decoder.read_info()?;
+    let info = reader.info();
+    let bits = u64::from(info.bit_depth as u8) * info.color_type.samples() as u64;
+    let is_large = u64::from(info.width) * u64::from(info.height) * bits / 8 > LARGE;
+    let palette = palette::Short::of(info);
+    if !is_large && palette.is_none() {
+        return Ok(());
+    }
+    let mut widths = palette::row_widths(info);
+    while let Some(row) = reader.next_interlaced_row()? {
+        if let (Some(palette), Some(width)) = (&palette, widths.next()) {
+            palette.check(row.data(), width)?;
+        }
+    }
     Ok(())
 }
 

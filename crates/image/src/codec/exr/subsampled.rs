@@ -3,6 +3,7 @@
 //! The library refuses such files when it checks their headers. So it gets a copy that says that all channels are whole, and
 //! unpacks each block by a header that says how many bytes come out.
 
+use super::blocks::Blocks;
 use super::{Choice, Fault, attribute_text, check_channel_count, check_layer, chosen, finished, reported};
 use crate::codec::{Result, Source, zeroed};
 use crate::format::Format;
@@ -83,9 +84,11 @@ fn decode_from(
         |c: &usize| zeroed::<f32>(size.0 / samplings[*c][0] as u32, size.1 / samplings[*c][1] as u32, 1);
     let planes = choice.channels.iter().map(plane).collect::<Result<_>>().map_err(Fault::Ours)?;
     let mut picture = Picture { header, width, choice, planes };
+    let mut blocks = Blocks::new(0);
     let mut chunks = reader.filter_chunks(false, |_, _, _| true)?;
     while let Some(chunk) = chunks.read_next_chunk() {
         let chunk = chunk?;
+        blocks.take(&chunk, &picture.header)?;
         let place = picture.header.get_block_data_indices(&chunk.compressed_block)?;
         let section = picture.header.get_absolute_block_pixel_coordinates(place)?;
         section.validate(Some(picture.header.layer_size))?;
@@ -117,10 +120,14 @@ fn check_samplings(
             && divides(size.0, corner.x(), x)
             && divides(size.1, corner.y(), y)
     };
-    let odd = header.channels.list.iter().zip(samplings).find(|(_, sampling)| !fits(**sampling));
-    let Some((channel, [x, y])) = odd.filter(|_| samplings.len() == header.channels.list.len()) else {
-        return Ok(());
-    };
+    let list = &header.channels.list;
+    if samplings.len() != list.len() {
+        // As where the header has two lists, of which the library takes the second.
+        let found = format!("a list of {} channels, then one of {}", samplings.len(), list.len());
+        return Err(source.fault(found, "one attribute \"channels\""));
+    }
+    let odd = list.iter().zip(samplings).find(|(_, sampling)| !fits(**sampling));
+    let Some((channel, [x, y])) = odd else { return Ok(()) };
     let name = channel.name.to_string();
     let found = format!(
         "channel {} with a sample for {x} × {y} pixels of {} × {}",
@@ -325,6 +332,41 @@ mod tests {
         for length in 0..whole.len() {
             message(&whole[..length]);
         }
+    }
+
+    #[test]
+    fn each_block_must_come_once() {
+        let mut bytes = file(Compression::ZIP16, 2);
+        let table = bytes.windows(18).position(|w| w == b"screenWindowWidth\0").unwrap() + 18 + 6 + 4 + 4 + 1;
+        bytes.copy_within(table + 8..table + 16, table);
+        let error = crate::decode(&bytes, Path::new("a.exr"), ColorSpace::Auto).unwrap_err().to_string();
+        assert!(error.contains("a second block with y = 16"), "{error}");
+    }
+
+    /// The library takes the last list of channels, and sampling is read from the first.
+    #[test]
+    fn a_second_list_of_channels_is_refused() {
+        let bytes = file(Compression::ZIP16, 2);
+        let start = bytes.windows(9).position(|w| w == b"channels\0").unwrap();
+        let end = bytes.windows(12).position(|w| w == b"compression\0").unwrap();
+        let list = b"channels\0chlist\0\x01\0\0\0\0";
+        let message = |bytes: Vec<u8>| {
+            crate::decode(&bytes, Path::new("a.exr"), ColorSpace::Auto).unwrap_err().to_string()
+        };
+        let other = message(
+            [
+                &bytes[..end],
+                b"channels\0chlist\0\x13\0\0\0Y\0",
+                &[1, 0, 0, 0],
+                &[0; 4],
+                &[1, 0, 0, 0, 1, 0, 0, 0, 0],
+                &bytes[end..],
+            ]
+            .concat(),
+        );
+        assert!(other.contains("found a list of 3 channels, then one of 1"), "{other}");
+        let empty = message([&bytes[..start], list, &bytes[start..]].concat());
+        assert!(empty.contains("channel subsampling"), "{empty}");
     }
 
     #[test]
