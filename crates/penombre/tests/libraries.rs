@@ -21,7 +21,9 @@ fn materials_of_libraries_are_built_and_rendered() {
         let sets = sets.map(|set| format!("render.{set}")).to_vec();
         let options = LoadOptions { sets, ..LoadOptions::default() };
         let mut loaded = load("tests/data/looks.obj", &options);
-        assert!(loaded.diagnostics.is_empty(), "{:?}", loaded.diagnostics);
+        // The library also asks for what cannot be, and is told so.
+        let told = loaded.diagnostics.iter().filter(|d| d.code != "mtl::number");
+        assert_eq!(told.count(), 0, "{:?}", loaded.diagnostics);
         let types = loaded.description.of_role(Role::Material).map(|(_, node)| node.type_name.clone());
         let mut types: Vec<String> = types.collect();
         types.sort();

@@ -268,7 +268,7 @@ fn shares(lexer: &mut Lexer<'_>, word: Token<'_>, faults: &mut Faults<'_>) -> Op
     let first = lexer.clone().token();
     let color = color(lexer, word, faults)?;
     if let (Some(at), Some(v)) = (first, color.into_iter().find(|v| *v > 1.0)) {
-        let message = format!("`{}` is {v}, expected numbers from 0 to 1", word.lossy());
+        let message = format!("`{}` is {v:?}, expected numbers from 0 to 1", word.lossy());
         faults.warning("mtl::number", at, message, "larger ones are taken as 1");
     }
     Some(color.map(|v| v.min(1.0)))

@@ -70,7 +70,7 @@ fn faults_of_numbers_are_told() {
         ("d 0", "warning mtl::transparency a.mtl:2:3 `m` is wholly transparent: its faces are not seen"),
         ("Tr 1", "warning mtl::transparency a.mtl:2:4 `m` is wholly transparent: its faces are not seen"),
         ("d 7", "warning mtl::number a.mtl:2:3 `d` is 7, expected 0 to 1"),
-        ("Kd 5 5 5", "warning mtl::number a.mtl:2:4 `Kd` is 5, expected numbers from 0 to 1"),
+        ("Kd 5 5 5", "warning mtl::number a.mtl:2:4 `Kd` is 5.0, expected numbers from 0 to 1"),
         ("Ks 0 1.5 2", "warning mtl::number a.mtl:2:4 `Ks` is 1.5, expected numbers from 0 to 1"),
         ("Ni 0", "warning mtl::number a.mtl:2:4 `Ni` is 0, expected a number above 0, at most 1000"),
         ("Ni 1e30", "warning mtl::number a.mtl:2:4 `Ni` is 1e30, expected a number above 0, at most 1000"),
