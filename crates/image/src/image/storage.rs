@@ -1,5 +1,6 @@
 //! How the samples of an image are kept.
 
+use std::fmt;
 use std::sync::Arc;
 
 /// The samples of an image, interleaved, top row first: linear floats, or the whole numbers of a file with their linear
@@ -20,7 +21,7 @@ pub enum Codes {
 }
 
 /// Linear value of each of `N` numbers.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub struct Tables<const N: usize> {
     pub color: Arc<[f32; N]>,
     pub alpha: Arc<[f32; N]>,
@@ -82,6 +83,13 @@ impl Storage {
                 floats
             }
         }
+    }
+}
+
+impl<const N: usize> fmt::Debug for Tables<N> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // Not all of them: images are shown where tests fail.
+        f.debug_struct("Tables").field("of", &N).finish_non_exhaustive()
     }
 }
 

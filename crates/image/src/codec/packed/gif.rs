@@ -2,7 +2,7 @@
 
 use crate::codec::{Result, Source};
 
-/// Checks that all blocks are there, up to the mark of the end, and the colours of the first picture.
+/// Checks that all blocks are there, whole to the last, and the colours of the first picture.
 pub fn check(source: &Source<'_>) -> Result<()> {
     let mut source = Source { format: source.format, bytes: source.bytes, at: 6 };
     let screen = source.take(7, "the size and the kind of the palette")?;
@@ -22,7 +22,8 @@ pub fn check(source: &Source<'_>) -> Result<()> {
             }
             // Some programs put one zero too many behind a picture.
             Some(0) if pictures > 0 => {}
-            Some(b';') if pictures > 0 => return Ok(()),
+            // Old programs leave out the mark of the end.
+            Some(b';') | None if pictures > 0 => return Ok(()),
             found => {
                 source.at = at;
                 let found = found.map_or("the end of the file".to_owned(), |byte| match byte {
