@@ -251,6 +251,29 @@ mod png {
     }
 }
 
+/// Memory for a picture is taken before it is compared with its canvas.
+#[test]
+fn webp_pictures_fill_their_canvas() {
+    for (picture, [width, height]) in [
+        (written(Format::Webp, 13, 9), [13u8, 9]),
+        (include_bytes!("data/lossy.webp").to_vec(), lossy_size(include_bytes!("data/lossy.webp"))),
+    ] {
+        let file = |width: u8, height: u8| {
+            let canvas = [0, 0, 0, 0, width - 1, 0, 0, height - 1, 0, 0];
+            let chunks = [b"WEBPVP8X\x0a\0\0\0", &canvas[..], &picture[12..]].concat();
+            [b"RIFF", &(chunks.len() as u32).to_le_bytes()[..], &chunks].concat()
+        };
+        assert!(read(&file(width, height)).is_ok());
+        refused(&file(width - 1, height), "byte 30: found a picture of");
+        refused(&file(width, height + 1), "byte 30: found a picture of");
+    }
+}
+
+/// Width and height stand behind three bytes and a mark of three.
+fn lossy_size(file: &[u8]) -> [u8; 2] {
+    [file[26], file[28]]
+}
+
 #[test]
 fn webp_files_are_as_long_as_they_say() {
     let lossy = include_bytes!("data/lossy.webp").to_vec();

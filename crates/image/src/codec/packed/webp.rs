@@ -1,9 +1,13 @@
 //! The chunks of a WebP file \[WebP\]: the decoding library takes what a cut file lacks for zeros.
 
 use crate::codec::{Result, Source};
+use std::ops::Range;
 
 /// Bytes of the length and name before what is in a chunk.
 const HEAD: usize = 8;
+
+/// Bytes before the chunks in a frame of an animation.
+const FRAME: usize = 16;
 
 /// Checks that the file is as long as it says, and that its chunks fill it. What stands behind does not count.
 pub fn check(source: &Source<'_>) -> Result<()> {
@@ -25,10 +29,59 @@ pub fn check(source: &Source<'_>) -> Result<()> {
     }
     source.at += 4;
     check_picture(&source)?;
+    let canvas = match source.rest() {
+        [b'V', b'P', b'8', b'X', _, _, _, _, _, _, _, _, size @ ..] => size.get(..6).map(canvas),
+        _ => None,
+    };
+    chunks(&mut source, end, canvas)
+}
+
+/// Goes over chunks up to `end`. Pictures in them must be as large as the canvas, if there is any: the library takes
+/// memory for them before it compares.
+fn chunks(source: &mut Source<'_>, end: usize, size: Option<[u32; 2]>) -> Result<()> {
     while source.at < end {
-        chunk(&mut source, end)?;
+        let at = source.at;
+        let (name, data) = chunk(source, end)?;
+        let found = picture_size(&name, &source.bytes[data.clone()]);
+        if let (Some(found), Some(size)) = (found.filter(|found| Some(*found) != size), size) {
+            let [found, size] = [found, size].map(|[w, h]| format!("{w} × {h} pixels"));
+            source.at = at;
+            return Err(source.fault(format!("a picture of {found}"), format!("{size}, as its canvas")));
+        }
+        if &name == b"ANMF" && data.len() >= FRAME {
+            let frame = canvas(&source.bytes[data.start + 6..data.start + 12]);
+            if size.is_none_or(|size| frame[0] > size[0] || frame[1] > size[1]) {
+                let [w, h] = frame;
+                source.at = at;
+                return Err(source.fault(format!("a frame of {w} × {h} pixels"), "at most the canvas"));
+            }
+            let next = source.at;
+            source.at = data.start + FRAME;
+            chunks(source, data.end, Some(frame))?;
+            source.at = next;
+        }
     }
     Ok(())
+}
+
+/// Width and height, less one, in three bytes each.
+fn canvas(bytes: &[u8]) -> [u32; 2] {
+    [0, 3].map(|at| 1 + u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], 0]))
+}
+
+/// Width and height in the data of a lossy or lossless picture.
+fn picture_size(name: &[u8; 4], data: &[u8]) -> Option<[u32; 2]> {
+    match name {
+        b"VP8 " => {
+            let side = |at| Some(u32::from(u16::from_le_bytes(*data.get(at..)?.first_chunk()?) & 0x3fff));
+            Some([side(6)?, side(8)?])
+        }
+        b"VP8L" => {
+            let bits = u32::from_le_bytes(*data.get(1..)?.first_chunk()?);
+            Some([(bits & 0x3fff) + 1, (bits >> 14 & 0x3fff) + 1])
+        }
+        _ => None,
+    }
 }
 
 /// The first chunk says what the picture is.
@@ -40,23 +93,25 @@ fn check_picture(source: &Source<'_>) -> Result<()> {
     Err(source.fault(format!("chunk \"{}\"", name.escape_ascii()), "chunk VP8, VP8L or VP8X"))
 }
 
-/// Goes over a chunk, and its padding to an even length.
-fn chunk(source: &mut Source<'_>, end: usize) -> Result<()> {
+/// Goes over a chunk, and its padding to an even length; its name, and where its data are.
+fn chunk(source: &mut Source<'_>, end: usize) -> Result<([u8; 4], Range<usize>)> {
     let left = end - source.at;
     if left < HEAD {
         let found = format!("{left} bytes behind the last chunk");
         return Err(source.fault(found, "the end of the file, or a whole chunk"));
     }
-    let (name, size) = source.rest()[..HEAD].split_at(4);
-    let size = length(size);
+    let head = source.rest();
+    let (name, size) = ([head[0], head[1], head[2], head[3]], length(&head[4..HEAD]));
     if size > left - HEAD {
         return Err(source.fault(
             format!("chunk \"{}\" of {size} bytes", name.escape_ascii()),
             format!("at most the {} bytes left of the size of the file", left - HEAD),
         ));
     }
-    source.at += HEAD + size + size % 2;
-    Ok(())
+    let start = source.at + HEAD;
+    // The padding of the last chunk may be left out.
+    source.at = (start + size + size % 2).min(source.bytes.len());
+    Ok((name, start..start + size))
 }
 
 /// Four bytes, the lowest first.
