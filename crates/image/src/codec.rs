@@ -33,6 +33,11 @@ impl<'a> Source<'a> {
         Self { format, bytes, at: 0 }
     }
 
+    /// Another place in the same file.
+    pub fn placed(&self, at: usize) -> Self {
+        Self { format: self.format, bytes: self.bytes, at }
+    }
+
     pub fn rest(&self) -> &'a [u8] {
         &self.bytes[self.at.min(self.bytes.len())..]
     }

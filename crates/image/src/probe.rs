@@ -61,35 +61,42 @@ pub fn probe(head: &[u8], length: u64, name: &Path) -> Option<ImageSize> {
     let format = Format::of_file(head, name)?;
     let found = match format {
         Format::Png => png(head),
-        Format::Jpeg => Some(jpeg(head).unwrap_or_else(|| unknown_jpeg(length))),
-        Format::Ppm | Format::Pgm => netpbm(head, if format == Format::Ppm { 3 } else { 1 }),
+        Format::Jpeg => jpeg(head).or_else(|| unknown_jpeg(length)),
+        Format::Ppm | Format::Pgm => netpbm(format, head),
         Format::Pfm => {
             let [width, height, _] = numbers(head.get(2..)?);
-            sized(width?, height?, if head[1] == b'F' { 3 } else { 1 }, 4)
+            sized(format, [width?, height?], if head[1] == b'F' { 3 } else { 1 }, 4)
         }
         Format::Exr => exr(head),
         Format::Hdr => hdr(head),
-        Format::Tga => sized(word(head, 12)?, word(head, 14)?, 4, 1),
+        Format::Tga => sized(format, [word(head, 12)?, word(head, 14)?], 4, 1),
         Format::Bmp => bmp(head),
         Format::Webp => webp(head),
-        Format::Gif => sized(word(head, 6)?, word(head, 8)?, 4, 1),
+        Format::Gif => sized(format, [word(head, 6)?, word(head, 8)?], 4, 1),
     };
-    let found = found.map(|size| ImageSize { spare_bytes: spare_bytes(format), ..size });
     found.filter(|size| size.pixels() <= MAX_PIXELS.min(codec::most_pixels(format, length)))
 }
 
-/// Coefficients of all blocks of progressive JPEG files, numbers of two bytes from Netpbm files of one, a second picture
-/// in other words; the rest is decoded where it stays.
+/// Coefficients of all blocks of progressive JPEG files, a second picture of WebP and GIF; the rest is decoded where it
+/// stays.
 fn spare_bytes(format: Format) -> u32 {
     match format {
-        Format::Jpeg | Format::Ppm | Format::Pgm => 2,
+        Format::Jpeg => 2,
         Format::Webp | Format::Gif => 1,
-        Format::Png | Format::Pfm | Format::Exr | Format::Hdr | Format::Tga | Format::Bmp => 0,
+        Format::Ppm
+        | Format::Pgm
+        | Format::Png
+        | Format::Pfm
+        | Format::Exr
+        | Format::Hdr
+        | Format::Tga
+        | Format::Bmp => 0,
     }
 }
 
-fn sized(width: u64, height: u64, channels: u32, sample_bytes: u32) -> Option<ImageSize> {
-    (width > 0 && height > 0).then_some(ImageSize { width, height, channels, sample_bytes, spare_bytes: 0 })
+fn sized(format: Format, [width, height]: [u64; 2], channels: u32, sample_bytes: u32) -> Option<ImageSize> {
+    let size = ImageSize { width, height, channels, sample_bytes, spare_bytes: spare_bytes(format) };
+    (width > 0 && height > 0).then_some(size)
 }
 
 /// Two bytes, the lower one first.
@@ -110,27 +117,29 @@ fn png(head: &[u8]) -> Option<ImageSize> {
         _ => 4,
     };
     let has_alpha = matches!(head[25], 4 | 6) || head.windows(4).any(|w| w == b"tRNS");
-    sized(side(16)?, side(20)?, channels - u32::from(!has_alpha), if head[24] == 16 { 2 } else { 1 })
+    let sample_bytes = if head[24] == 16 { 2 } else { 1 };
+    sized(Format::Png, [side(16)?, side(20)?], channels - u32::from(!has_alpha), sample_bytes)
 }
 
 fn jpeg(head: &[u8]) -> Option<ImageSize> {
     let at = codec::jpeg::first_segment(head, codec::jpeg::is_frame)?;
     let side = |at: usize| Some(u64::from(u16::from_be_bytes(*head.get(at..)?.first_chunk()?)));
     let channels = if *head.get(at + 9)? == 1 { 1 } else { 3 };
-    sized(side(at + 7)?, side(at + 5)?, channels, 1)
+    sized(Format::Jpeg, [side(at + 7)?, side(at + 5)?], channels, 1)
 }
 
 /// The frame lies behind what was looked at.
-fn unknown_jpeg(length: u64) -> ImageSize {
+fn unknown_jpeg(length: u64) -> Option<ImageSize> {
     let pixels = length.saturating_mul(JPEG_PIXELS_PER_BYTE).min(MAX_PIXELS);
-    ImageSize { width: pixels, height: 1, channels: 3, sample_bytes: 1, spare_bytes: 0 }
+    sized(Format::Jpeg, [pixels, 1], 3, 1)
 }
 
 /// Width, height and the largest value as text; of bitmaps there is no largest value.
-fn netpbm(head: &[u8], channels: u32) -> Option<ImageSize> {
+fn netpbm(format: Format, head: &[u8]) -> Option<ImageSize> {
     let [width, height, max] = numbers(head.get(2..)?);
     let is_wide = !matches!(head[1], b'1' | b'4') && max.is_none_or(|max| max > 255);
-    sized(width?, height?, channels, if is_wide { 2 } else { 1 })
+    let channels = if format == Format::Ppm { 3 } else { 1 };
+    sized(format, [width?, height?], channels, if is_wide { 2 } else { 1 })
 }
 
 /// The next three whole numbers, behind blanks and comments.
@@ -162,7 +171,7 @@ fn exr(head: &[u8]) -> Option<ImageSize> {
         list = list.get(list.iter().position(|b| *b == 0)? + 17..)?;
         channels += 1;
     }
-    sized(sides[0]?, sides[1]?, channels.max(1), 4)
+    sized(Format::Exr, [sides[0]?, sides[1]?], channels.max(1), 4)
 }
 
 fn hdr(head: &[u8]) -> Option<ImageSize> {
@@ -170,25 +179,15 @@ fn hdr(head: &[u8]) -> Option<ImageSize> {
     let words: Vec<&str> = std::str::from_utf8(line).ok()?.split_whitespace().collect();
     let [first, a, _, b] = words[..] else { return None };
     let (width, height) = if first.ends_with('X') { (a, b) } else { (b, a) };
-    sized(width.parse().ok()?, height.parse().ok()?, 3, 4)
+    sized(Format::Hdr, [width.parse().ok()?, height.parse().ok()?], 3, 4)
 }
 
 fn bmp(head: &[u8]) -> Option<ImageSize> {
-    if signed(head, 14)? == 12 {
-        return sized(word(head, 18)?, word(head, 20)?, 4, 1);
-    }
-    sized(signed(head, 18)?.unsigned_abs(), signed(head, 22)?.unsigned_abs(), 4, 1)
+    let ([width, height], _) = codec::packed::bmp_size(head).ok()?;
+    sized(Format::Bmp, [width, height], 4, 1)
 }
 
-/// Lossy pictures have two numbers of 14 bits behind a mark, others of 14 and 24 bits and one less than the size.
 fn webp(head: &[u8]) -> Option<ImageSize> {
-    let packed = |at: usize| Some(word(head, at)? | word(head, at + 2)? << 16);
-    match head.get(12..16)? {
-        b"VP8 " => sized(word(head, 26)? & 0x3fff, word(head, 28)? & 0x3fff, 3, 1),
-        b"VP8L" => {
-            let bits = packed(21)?;
-            sized((bits & 0x3fff) + 1, ((bits >> 14) & 0x3fff) + 1, 4, 1)
-        }
-        _ => sized((packed(24)? & 0xff_ffff) + 1, (packed(27)? & 0xff_ffff) + 1, 4, 1),
-    }
+    let [width, height] = codec::packed::webp_size(head)?.map(u64::from);
+    sized(Format::Webp, [width, height], if &head[12..16] == b"VP8 " { 3 } else { 4 }, 1)
 }

@@ -311,7 +311,7 @@ fn check_layer(source: &Source<'_>, header: &Header) -> Result<(u32, u32)> {
     let (width, height) = (header.layer_size.0 as u64, header.layer_size.1 as u64);
     // Of several parts the first one's window is as good a place as any.
     let window = source.bytes.windows(11).position(|w| w == b"dataWindow\0");
-    let source = &Source { format: Format::Exr, bytes: source.bytes, at: window.unwrap_or(source.at) };
+    let source = &source.placed(window.unwrap_or(source.at));
     let size = source.check_size(width, height, PIXELS_PER_BYTE)?;
     let list = &header.channels.list;
     if let Some(channel) = list.iter().find(|c| c.sampling != (1, 1).into()) {
@@ -338,7 +338,7 @@ fn check_tiles(source: &Source<'_>, header: &Header, pixel_bytes: u64, limit: u6
         return Ok(());
     }
     let place = source.bytes.windows(6).position(|w| w == b"tiles\0");
-    let source = Source { format: Format::Exr, bytes: source.bytes, at: place.unwrap_or(source.at) };
+    let source = source.placed(place.unwrap_or(source.at));
     Err(source.fault(
         format!("tiles of {width} × {height} pixels"),
         format!("tiles of at most {} pixels", limit.max(LARGEST_TILE) / pixel_bytes.max(1)),

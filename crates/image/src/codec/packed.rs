@@ -65,9 +65,19 @@ fn unwritable(format: Format, error: &ImageError) -> ImageErrorKind {
 pub fn decode_bmp(bytes: &[u8], space: ColorSpace) -> Result<Decoded> {
     let source = Source::new(Format::Bmp, bytes);
     let (size, at) = bmp::size(&source)?;
-    let (width, height) = check_size(&Source { at, ..source }, size, BMP_PIXELS_PER_BYTE)?;
-    bmp::check_colors(&Source::new(Format::Bmp, bytes), [width as usize, height as usize])?;
+    let (width, height) = check_size(&source.placed(at), size, BMP_PIXELS_PER_BYTE)?;
+    bmp::check_colors(&source, [width as usize, height as usize])?;
     run(Format::Bmp, bytes, space, BMP_PIXELS_PER_BYTE, |cursor| Ok(Box::new(BmpDecoder::new(cursor)?)))
+}
+
+/// Width and height in the beginning of a BMP file, and the byte where they stand.
+pub fn bmp_size(head: &[u8]) -> Result<([u64; 2], usize)> {
+    bmp::size(&Source::new(Format::Bmp, head))
+}
+
+/// Width and height in the beginning of a WebP file.
+pub fn webp_size(head: &[u8]) -> Option<[u32; 2]> {
+    webp::size(head)
 }
 
 pub fn decode_gif(bytes: &[u8], space: ColorSpace) -> Result<Decoded> {

@@ -68,6 +68,10 @@ impl Header {
         matches!(self.kind, b'1' | b'4')
     }
 
+    fn sample_bytes(&self) -> usize {
+        if self.max > 255 { 2 } else { 1 }
+    }
+
     fn sample_count(&self) -> usize {
         self.width as usize * self.height as usize * self.channels() as usize
     }
@@ -80,16 +84,11 @@ pub fn decode(bytes: &[u8], space: ColorSpace) -> Result<Decoded> {
     let channels = header.channels();
     let auto = if header.is_bitmap() { Transfer::Linear } else { Transfer::Srgb };
     let transfer = Transfer::of(space, auto);
-    let codes: Vec<u16> = match header.kind {
+    let bytes = match header.kind {
         b'1' => plain_bits(&mut source, &header)?,
         b'2' | b'3' => plain_numbers(&mut source, &header)?,
         b'4' => packed_bits(&mut source, &header)?,
         _ => binary_numbers(&mut source, &header)?,
-    };
-    let bytes = if header.max > 255 {
-        codes.into_iter().flat_map(u16::to_be_bytes).collect()
-    } else {
-        codes.into_iter().map(|code| code as u8).collect()
     };
     let samples = coded(bytes, header.max, transfer);
     let size = (header.width, header.height);
@@ -163,19 +162,20 @@ fn found_here(source: &Source<'_>) -> String {
     }
 }
 
-fn plain_numbers(source: &mut Source<'_>, header: &Header) -> Result<Vec<u16>> {
+/// Numbers in decimal, as they are kept: in a byte, or in two with the high one first if the largest is above 255.
+fn plain_numbers(source: &mut Source<'_>, header: &Header) -> Result<Vec<u8>> {
     let count = header.sample_count();
     // Each number but the last takes two bytes at least.
     require(source, count.saturating_mul(2).saturating_sub(1), count)?;
-    let mut codes = Vec::with_capacity(count);
+    let mut bytes = Vec::with_capacity(count * header.sample_bytes());
     for _ in 0..count {
         let value = number(source, "a pixel value")?;
         match u16::try_from(value) {
-            Ok(v) if v <= header.max => codes.push(v),
+            Ok(v) if v <= header.max => bytes.extend(&v.to_be_bytes()[2 - header.sample_bytes()..]),
             _ => return Err(too_bright(source, value, header.max)),
         }
     }
-    Ok(codes)
+    Ok(bytes)
 }
 
 fn too_bright(source: &Source<'_>, value: u32, max: u16) -> ImageErrorKind {
@@ -192,14 +192,14 @@ fn require(source: &Source<'_>, bytes: usize, samples: usize) -> Result<()> {
 }
 
 /// Digits 0 (white) and 1 (black), which need no blanks between them.
-fn plain_bits(source: &mut Source<'_>, header: &Header) -> Result<Vec<u16>> {
+fn plain_bits(source: &mut Source<'_>, header: &Header) -> Result<Vec<u8>> {
     let count = header.sample_count();
     require(source, count, count)?;
     let mut codes = Vec::with_capacity(count);
     for _ in 0..count {
         skip_blanks(source);
         match source.peek() {
-            Some(bit @ (b'0' | b'1')) => codes.push(u16::from(bit == b'0')),
+            Some(bit @ (b'0' | b'1')) => codes.push(u8::from(bit == b'0')),
             _ => return Err(source.fault(found_here(source), "0 or 1")),
         }
         source.at += 1;
@@ -208,27 +208,23 @@ fn plain_bits(source: &mut Source<'_>, header: &Header) -> Result<Vec<u16>> {
 }
 
 /// Eight pixels in a byte, rows padded to whole bytes, 1 is black.
-fn packed_bits(source: &mut Source<'_>, header: &Header) -> Result<Vec<u16>> {
+fn packed_bits(source: &mut Source<'_>, header: &Header) -> Result<Vec<u8>> {
     let width = header.width as usize;
     let stride = width.div_ceil(8);
     let pixels = source.take(stride * header.height as usize, "pixels")?;
-    let bit = |row: &[u8], x: usize| u16::from(row[x / 8] >> (7 - x % 8) & 1 == 0);
+    let bit = |row: &[u8], x: usize| u8::from(row[x / 8] >> (7 - x % 8) & 1 == 0);
     Ok(pixels.chunks_exact(stride).flat_map(|row| (0..width).map(move |x| bit(row, x))).collect())
 }
 
 /// One byte for each value, or two, the high one first, if the largest value is above 255.
-fn binary_numbers(source: &mut Source<'_>, header: &Header) -> Result<Vec<u16>> {
-    let wide = header.max > 255;
-    let start = source.at;
-    let pixels = source.take(header.sample_count() * if wide { 2 } else { 1 }, "pixels")?;
-    let codes: Vec<u16> = if wide {
-        pixels.as_chunks::<2>().0.iter().map(|pair| u16::from_be_bytes(*pair)).collect()
-    } else {
-        pixels.iter().map(|b| u16::from(*b)).collect()
-    };
-    if let Some(i) = codes.iter().position(|c| *c > header.max) {
-        source.at = start + i * if wide { 2 } else { 1 };
-        return Err(too_bright(source, codes[i].into(), header.max));
+fn binary_numbers(source: &mut Source<'_>, header: &Header) -> Result<Vec<u8>> {
+    let (start, size) = (source.at, header.sample_bytes());
+    let pixels = source.take(header.sample_count() * size, "pixels")?;
+    let value = |bytes: &[u8]| bytes.iter().fold(0, |value, byte| value << 8 | u32::from(*byte));
+    let mut values = pixels.chunks_exact(size).map(value);
+    if let Some(i) = values.position(|v| v > header.max.into()) {
+        source.at = start + i * size;
+        return Err(too_bright(source, value(&pixels[i * size..][..size]), header.max));
     }
-    Ok(codes)
+    Ok(pixels.to_vec())
 }

@@ -156,7 +156,7 @@ fn read_header(source: &mut Source<'_>) -> Result<Header> {
     let h = source.take(HEADER, "the header")?;
     let word = |at: usize| u16::from_le_bytes([h[at], h[at + 1]]);
     let (kind, bits, descriptor) = (h[2], h[16], h[17]);
-    let at = |at: usize| Source { format: Format::Tga, bytes: source.bytes, at };
+    let at = |at: usize| source.placed(at);
     if !matches!(kind, 1 | 2 | 3 | 9 | 10 | 11) {
         return Err(at(2).unsupported(format!("kind {kind}"), "kind 1, 2, 3, 9, 10 or 11"));
     }
@@ -198,13 +198,13 @@ fn read_table(
         return Ok(None);
     }
     let word = |at: usize| usize::from(u16::from_le_bytes([h[at], h[at + 1]]));
-    let place = Source { format: Format::Tga, bytes: source.bytes, at: 1 };
+    let place = source.placed(1);
     if h[1] != 1 {
         return Err(place.fault(format!("a colour table of kind {}", h[1]), "kind 1"));
     }
     let (first, length) = (word(3), word(5));
     let Some(texel) = Texel::of_color(h[7], alpha_bits) else {
-        let place = Source { at: 7, ..place };
+        let place = source.placed(7);
         return Err(place.fault(format!("table entries of {} bits", h[7]), "15, 16, 24 or 32"));
     };
     let entries = source.take(length * texel.bytes(), "the colour table")?;
@@ -219,13 +219,13 @@ fn read_pixels(source: &mut Source<'_>, header: &Header, count: usize) -> Result
     if !header.packed {
         let start = source.at;
         for (i, stored) in source.take(count * size, "pixels")?.chunks_exact(size).enumerate() {
-            let place = Source { format: Format::Tga, bytes: source.bytes, at: start + i * size };
+            let place = source.placed(start + i * size);
             pixels.push(pixel(&place, header, stored)?);
         }
         return Ok(pixels);
     }
     while pixels.len() < count {
-        let place = Source { format: Format::Tga, bytes: source.bytes, at: source.at };
+        let place = source.placed(source.at);
         let code = source.take(1, "a packet of pixels")?[0];
         let length = usize::from(code & 0x7f) + 1;
         let left = count - pixels.len();

@@ -8,7 +8,7 @@ const FILE_HEADER: usize = 14;
 
 /// Width and height in pixels, and the byte where they stand.
 pub fn size(source: &Source<'_>) -> Result<([u64; 2], usize)> {
-    let mut source = Source { format: source.format, bytes: source.bytes, at: 0 };
+    let mut source = source.placed(0);
     source.take(FILE_HEADER, "the header of the file")?;
     let header = source.take(4, "the length of the header")?;
     let at = source.at;
@@ -42,7 +42,7 @@ pub fn check_colors(source: &Source<'_>, [width, height]: [usize; 2]) -> Result<
         _ => None,
     };
     let Some((at, color)) = outside else { return Ok(()) };
-    let source = Source { format: source.format, bytes, at: data + at };
+    let source = source.placed(data + at);
     Err(source.fault(format!("colour {color}"), format!("colours 0 to {} of the palette", colors - 1)))
 }
 

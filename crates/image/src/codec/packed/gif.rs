@@ -4,7 +4,7 @@ use crate::codec::{Result, Source};
 
 /// Checks that all blocks are there, whole to the last, and the colours of the first picture.
 pub fn check(source: &Source<'_>) -> Result<()> {
-    let mut source = Source { format: source.format, bytes: source.bytes, at: 6 };
+    let mut source = source.placed(6);
     let screen = source.take(7, "the size and the kind of the palette")?;
     let everywhere = palette(&mut source, screen[4])?;
     let (mut transparent, mut pictures) = (None, 0);

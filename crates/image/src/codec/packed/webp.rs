@@ -11,7 +11,7 @@ const FRAME: usize = 16;
 
 /// Checks that the file is as long as it says, and that its chunks fill it. What stands behind does not count.
 pub fn check(source: &Source<'_>) -> Result<()> {
-    let mut source = Source { format: source.format, bytes: source.bytes, at: 4 };
+    let mut source = source.placed(4);
     let size = length(source.take(4, "the size of the file")?);
     // The size counts what follows it; the last chunk's padding may be left out on both sides.
     let (end, length_of_file) = (size.saturating_add(HEAD), source.bytes.len());
@@ -29,11 +29,16 @@ pub fn check(source: &Source<'_>) -> Result<()> {
     }
     source.at += 4;
     check_picture(&source)?;
-    let canvas = match source.rest() {
-        [b'V', b'P', b'8', b'X', _, _, _, _, _, _, _, _, size @ ..] => size.get(..6).map(canvas),
-        _ => None,
-    };
+    let canvas = self::size(source.bytes).filter(|_| source.rest().starts_with(b"VP8X"));
     chunks(&mut source, end, canvas)
+}
+
+/// Width and height in the first chunk of a file that begins with these bytes.
+pub fn size(head: &[u8]) -> Option<[u32; 2]> {
+    let name = head.get(12..)?.first_chunk()?;
+    let data = head.get(12 + HEAD..)?;
+    // Flags stand before the canvas.
+    if name == b"VP8X" { data.get(4..10).map(canvas) } else { picture_size(name, data) }
 }
 
 /// Goes over chunks up to `end`. Pictures in them must be as large as the canvas, if there is any: the library takes

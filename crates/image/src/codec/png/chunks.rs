@@ -203,7 +203,7 @@ fn header(source: &Source<'_>, chunk: &Chunk<'_>) -> Result<Header> {
         return Err(source.fault(found, "13 bytes"));
     };
     // The numbers stand behind the length and the name of the chunk.
-    let at = |n: usize| Source { format: source.format, bytes: source.bytes, at: chunk.at + 8 + n };
+    let at = |n: usize| source.placed(chunk.at + 8 + n);
     let side = |n: usize| u64::from(u32::from_be_bytes([side[n], side[n + 1], side[n + 2], side[n + 3]]));
     let size = at(0).check_size(side(0), side(4), PIXELS_PER_BYTE)?;
     let depths: &[u8] = match color_type {
