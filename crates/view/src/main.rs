@@ -35,6 +35,7 @@ struct Args {
 }
 
 fn main() -> ExitCode {
+    penombre_sys::fail_beyond_file_size_limit();
     let args = match Args::try_parse() {
         Ok(args) => args,
         Err(error) => {

@@ -1,6 +1,6 @@
 //! What a file is, by its name's ending and its first bytes.
 
-use crate::readers::MeshFormat;
+use crate::readers::{MeshFormat, wide_encoding};
 use penombre_image::Format;
 use std::path::Path;
 
@@ -33,7 +33,7 @@ pub const KNOWN: &str =
     "scenes are read from .toml and .json, meshes from .obj, .off, .ply and .stl (.gz may follow)";
 
 /// First bytes that tell what a file is.
-const MAGIC: [(&[u8], &str); 17] = [
+const MAGIC: [(&[u8], &str); 13] = [
     (b"\x1f\x8b", "data compressed with gzip"),
     (b"x\x9c", "data compressed with zlib"),
     (b"x\xda", "data compressed with zlib"),
@@ -47,10 +47,6 @@ const MAGIC: [(&[u8], &str); 17] = [
     (b"%PDF", "a PDF document"),
     (b"BLENDER", "a Blender file"),
     (b"\x7fELF", "a program"),
-    (b"\xff\xfe\0\0", "text in UTF-32"),
-    (b"\0\0\xfe\xff", "text in UTF-32"),
-    (b"\xff\xfe", "text in UTF-16"),
-    (b"\xfe\xff", "text in UTF-16"),
 ];
 
 /// Formats that this version does not read, by ending.
@@ -99,11 +95,14 @@ pub fn of_file(path: &Path, bytes: &[u8]) -> Result<FileKind, Unreadable> {
             IMAGE_HELP,
         ));
     }
+    if let Some(name) = wide_encoding(bytes) {
+        let message = format!("found text in {name}, expected a scene or mesh");
+        return Err(unreadable(message, "save it as UTF-8"));
+    }
     if let Some((_, what)) = MAGIC.iter().find(|(magic, _)| bytes.starts_with(magic)) {
         let help = match *what {
             "data compressed with gzip" if is_mesh => "unpack it, or give it a name that ends in .gz",
             what if what.contains("compressed") || what.contains("archive") => "unpack it first",
-            "text in UTF-16" | "text in UTF-32" => "save it as UTF-8",
             what if what.contains("image") => {
                 "images are read as textures, if they are PNG, JPEG, OpenEXR, Radiance, TGA, BMP, WebP, GIF, PFM or PPM"
             }

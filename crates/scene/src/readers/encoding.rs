@@ -6,15 +6,22 @@ use super::lexer::Token;
 /// Bytes at the beginning of a file that tell its encoding.
 const HEAD: usize = 64;
 
+/// Byte order marks and the encodings that they tell, the longer ones first.
+const MARKS: [(&[u8], &str); 4] = [
+    (b"\xff\xfe\0\0", "UTF-32"),
+    (b"\0\0\xfe\xff", "UTF-32"),
+    (b"\xff\xfe", "UTF-16"),
+    (b"\xfe\xff", "UTF-16"),
+];
+
+/// The encoding of a text with wide characters that begins with a byte order mark.
+pub(crate) fn by_mark(bytes: &[u8]) -> Option<&'static str> {
+    MARKS.iter().find(|(mark, _)| bytes.starts_with(mark)).map(|(_, name)| *name)
+}
+
 /// The encoding of such a text, by its byte order mark or by the zero bytes beside its letters.
 fn of_bytes(bytes: &[u8]) -> Option<&'static str> {
-    const MARKS: [(&[u8], &str); 4] = [
-        (b"\xff\xfe\0\0", "UTF-32"),
-        (b"\0\0\xfe\xff", "UTF-32"),
-        (b"\xff\xfe", "UTF-16"),
-        (b"\xfe\xff", "UTF-16"),
-    ];
-    if let Some((_, name)) = MARKS.iter().find(|(mark, _)| bytes.starts_with(mark)) {
+    if let Some(name) = by_mark(bytes) {
         return Some(name);
     }
     let head = &bytes[..bytes.len().min(HEAD)];
@@ -26,11 +33,8 @@ fn of_bytes(bytes: &[u8]) -> Option<&'static str> {
                 .clone()
                 .all(|u| u.iter().enumerate().all(|(i, b)| if i == letter { is_letter(*b) } else { *b == 0 }))
     };
-    match () {
-        () if spelt(2, 0) || spelt(2, 1) => Some("UTF-16"),
-        () if spelt(4, 0) || spelt(4, 3) => Some("UTF-32"),
-        () => None,
-    }
+    let is_either = |unit: usize| spelt(unit, 0) || spelt(unit, unit - 1);
+    [(2, "UTF-16"), (4, "UTF-32")].into_iter().find(|(unit, _)| is_either(*unit)).map(|(_, name)| name)
 }
 
 /// True, and an error, if a file is a text of that kind.

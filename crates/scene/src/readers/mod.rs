@@ -26,6 +26,7 @@ use crate::description::{Node, Value};
 use crate::diagnostic::Diagnostics;
 use crate::mesh::TriangleMesh;
 use crate::span::Sources;
+pub(crate) use encoding::by_mark as wide_encoding;
 use faults::Faults;
 pub use gzip::{GzipFault, is_packed, unpack, without_gz};
 use std::path::{Path, PathBuf};

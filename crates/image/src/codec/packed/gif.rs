@@ -162,6 +162,7 @@ impl Codes {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use penombre_lab::Pcg32;
     use std::collections::HashMap;
 
     /// Codes of these colours as GIF packs them, whose lengths grow with the codes known so far.
@@ -207,17 +208,13 @@ mod tests {
 
     #[test]
     fn codes_are_walked_over_through_all_lengths() {
-        let mut state = 1u32;
-        let mut next = move |below: u32| {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (state >> 16) % below
-        };
+        let mut random = Pcg32::new(1);
         for (bits, colors) in [(2, 3), (4, 9), (7, 100), (8, 200)] {
             // Some runs, some noise: a table that fills several times.
             let mut pixels = Vec::new();
             while pixels.len() < 60_000 {
-                let color = next(colors) as u8;
-                pixels.extend(std::iter::repeat_n(color, 1 + next(5) as usize));
+                let color = random.below(colors) as u8;
+                pixels.extend(std::iter::repeat_n(color, 1 + random.below(5) as usize));
             }
             let outside = |pixels: &[u8]| {
                 let mut codes = Codes::new(bits as u8, None).unwrap();
