@@ -141,6 +141,11 @@ pub fn most_pixels(format: Format, bytes: u64) -> u64 {
     bytes.saturating_mul(per_byte).max(always).min(sensible_pixels(format, bytes))
 }
 
+/// What was expected where a text of a decoding library contains the first word of a pair: the second one.
+pub fn expected<'w>(pairs: &[(&str, &'w str)], text: &str) -> Option<&'w str> {
+    pairs.iter().find(|(part, _)| text.contains(part)).map(|(_, expected)| *expected)
+}
+
 /// Room for the samples of an image that has passed [`Source::check_size`].
 pub fn room(width: u32, height: u32, channels: u32) -> Result<Vec<f32>> {
     let mut samples = Vec::new();

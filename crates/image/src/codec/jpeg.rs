@@ -2,7 +2,7 @@
 
 mod scan;
 
-use super::{Result, Source, Transfer, coded, finish, zeroed};
+use super::{Result, Source, Transfer, coded, expected, finish, zeroed};
 use crate::error::ImageErrorKind;
 use crate::format::Format;
 use crate::image::Image;
@@ -121,7 +121,7 @@ fn fault(cursor: &Cursor<&[u8]>, error: Option<&DecodeErrors>) -> ImageErrorKind
     if text.contains("Premature End") {
         return source.fault("the end of the file", "the rest of the picture");
     }
-    let expected = WORDS.iter().find(|(part, _)| text.contains(part)).map_or("valid JPEG data", |(_, w)| *w);
+    let expected = expected(&WORDS, &text).unwrap_or("valid JPEG data");
     source.fault(text, expected)
 }
 

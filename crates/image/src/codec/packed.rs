@@ -4,7 +4,7 @@ mod bmp;
 mod gif;
 mod webp;
 
-use super::{Result, Source, Transfer, coded, eight_bit, finish, keep_first, zeroed};
+use super::{Result, Source, Transfer, coded, eight_bit, expected, finish, keep_first, zeroed};
 use crate::error::ImageErrorKind;
 use crate::format::Format;
 use crate::image::Image;
@@ -155,7 +155,7 @@ fn told(format: Format, bytes: &[u8], reached: u64, fault: Fault) -> ImageErrorK
         Fault::Library(error) => {
             let text = one_line(&error.to_string());
             let found = text.strip_prefix(&format!("Format error decoding {}: ", library_name(format)));
-            let expected = WORDS.iter().find(|(part, _)| text.contains(part)).map(|(_, e)| (*e).to_owned());
+            let expected = expected(&WORDS, &text).map(str::to_owned);
             source.fault(found.unwrap_or(&text), expected.unwrap_or_else(|| format!("valid {format} data")))
         }
     }

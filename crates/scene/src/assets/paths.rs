@@ -3,6 +3,7 @@
 //! Only files below the folder of the scene file, or below a folder that `--asset-root` names. A scene from a
 //! stranger cannot make the program read anything else.
 
+use crate::printable::harmless;
 use crate::suggest::nearest_file;
 use std::path::{Component, Path, PathBuf};
 
@@ -181,8 +182,7 @@ fn check_name(name: &str) -> Result<(), PathFault> {
         return Err(PathFault::Invalid { name: shown, reason: "it is longer than 4096 bytes" });
     }
     if name.chars().any(char::is_control) {
-        let shown =
-            name.chars().map(|c| if c.is_control() { char::REPLACEMENT_CHARACTER } else { c }).collect();
+        let shown = harmless(name).into_owned();
         return Err(PathFault::Invalid { name: shown, reason: "it has control characters" });
     }
     let scheme = name.split_once(':').map_or("", |(scheme, _)| scheme).to_ascii_lowercase();

@@ -10,6 +10,7 @@ use super::{Folders, MeshTexture};
 use crate::assets::{PathFault, UNREADABLE_HELP};
 use crate::description::{Node, Role, Value};
 use crate::diagnostic::Severity;
+use crate::printable::harmless;
 use crate::suggest::help_for;
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
@@ -262,10 +263,7 @@ fn image_of(
         .or_else(|fault| beside(&map.file, &far, folders, fault));
     match found {
         Ok(path) => {
-            if !is_exact
-                && let Some(message) =
-                    elsewhere(&Token { text: map.file.as_bytes(), at: 0 }.shortened(), &path, folders, faults)
-            {
+            if !is_exact && let Some(message) = elsewhere(&harmless(&map.file), &path, folders, faults) {
                 faults.at_span(Severity::Warning, "mtl::image", map.span, message, ELSEWHERE_HELP);
             }
             Some(path)

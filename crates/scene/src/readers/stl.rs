@@ -2,8 +2,9 @@
 //!
 //! A file with the length that its number of triangles asks for is binary, whatever its first word. Corners at one
 //! position become one vertex, so that creases are found as in other formats; the normals of the file say nothing
-//! more than the order of the corners and are not used. Text must have all words of the format, in upper or lower case. Colours of binary files: 15 bits for each triangle, in the
-//! order of VisCAM and SolidView, or in that of Materialise Magics if the header says `COLOR=`; taken as sRGB.
+//! more than the order of the corners and are not used. Text must have all words of the format, in upper or lower
+//! case. Colours of binary files: 15 bits for each triangle, in the order of VisCAM and SolidView, or in that of
+//! Materialise Magics if the header says `COLOR=`; taken as sRGB.
 
 mod text;
 mod weld;

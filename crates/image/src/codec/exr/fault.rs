@@ -1,6 +1,6 @@
 //! What is wrong with an OpenEXR file, in words.
 
-use crate::codec::{Result, Source};
+use crate::codec::{Result, Source, expected};
 use crate::error::ImageErrorKind;
 use crate::format::Format;
 use ::exr::error::Error;
@@ -67,8 +67,7 @@ fn words(source: &Source<'_>, text: &str) -> (String, &'static str) {
             if is_end { "the end of the file" } else { "an attribute or a block that ends too early" };
         return (found.to_owned(), "the rest of the header and all blocks of the picture");
     }
-    let expected =
-        EXPECTED.iter().find(|(part, _)| text.contains(part)).map_or("valid OpenEXR data", |(_, e)| *e);
+    let expected = expected(&EXPECTED, text).unwrap_or("valid OpenEXR data");
     let is_sentence = SENTENCES.iter().any(|part| text.contains(part));
     (if is_sentence { text.to_owned() } else { format!("an invalid {text}") }, expected)
 }
