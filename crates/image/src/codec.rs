@@ -172,18 +172,21 @@ pub fn zeroed<T: Clone + Default>(width: u32, height: u32, channels: u32) -> Res
 pub fn eight_bit_rows(image: &Image, options: &WriteOptions) -> (impl ExactSizeIterator<Item = Vec<u8>>, u8) {
     let display = Display::new(options.tone, options.exposure);
     let channels = if image.channels().is_multiple_of(2) { 4 } else { 3 };
-    (image.rows().map(move |row| row_bytes(row, &display, channels)), channels as u8)
+    ((0..image.height()).map(move |y| row_bytes(image, y, &display)), channels)
 }
 
-fn row_bytes(row: impl ExactSizeIterator<Item = Pixel>, display: &Display, channels: usize) -> Vec<u8> {
-    let mut bytes = vec![0; row.len() * channels];
-    for (pixel, bytes) in row.zip(bytes.chunks_exact_mut(channels)) {
-        bytes[..3].copy_from_slice(&display.bytes(pixel.rgb()));
-        if let (Some(alpha), Some(last)) = (pixel.alpha(), bytes.get_mut(3)) {
-            *last = (255.0 * unit(alpha)).round() as u8;
-        }
+fn row_bytes(image: &Image, y: u32, display: &Display) -> Vec<u8> {
+    let width = image.width() as usize;
+    if !image.channels().is_multiple_of(2) {
+        let (start, mut colors) = (y as usize * width, Vec::with_capacity(width));
+        image.each_rgb(start..start + width, |rgb| colors.push(display.bytes(rgb)));
+        return colors.into_flattened();
     }
-    bytes
+    let bytes = |pixel: Pixel| {
+        let [r, g, b] = display.bytes(pixel.rgb());
+        [r, g, b, (255.0 * unit(pixel.alpha().unwrap_or(1.0))).round() as u8]
+    };
+    (0..image.width()).map(|x| bytes(image.pixel(x, y))).collect::<Vec<_>>().into_flattened()
 }
 
 /// The same for the whole image.

@@ -3,7 +3,7 @@
 mod storage;
 
 use crate::error::ShapeError;
-use std::ops::Deref;
+use std::ops::{Deref, Range};
 pub(crate) use storage::{Codes, Storage, Tables};
 
 /// A picture in memory: linear light, rows from top to bottom, samples interleaved.
@@ -233,6 +233,18 @@ impl Image {
     {
         let width = self.width as usize;
         (0..self.height as usize).map(move |y| (y * width..(y + 1) * width).map(|i| self.samples_of(i)))
+    }
+
+    /// Hands over the colours of these pixels, counted from the upper left one. How the samples are kept is asked once and
+    /// not for each of them.
+    #[inline]
+    pub(crate) fn each_rgb(&self, pixels: Range<usize>, mut take: impl FnMut([f32; 3])) {
+        match &self.data {
+            Storage::Floats(floats) if self.channels == 3 => {
+                floats.as_chunks().0[pixels].iter().for_each(|rgb| take(*rgb));
+            }
+            _ => pixels.for_each(|i| take(self.samples_of(i).rgb())),
+        }
     }
 
     #[inline]

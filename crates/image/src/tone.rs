@@ -142,7 +142,9 @@ pub fn quantise_rgba(image: &Image, tone: ToneCurve, exposure: f32) -> Vec<u8> {
 /// What `pixel` makes of the bytes of each pixel.
 fn pixels<T>(image: &Image, tone: ToneCurve, exposure: f32, pixel: impl Fn([u8; 3]) -> T) -> Vec<T> {
     let display = Display::new(tone, exposure);
-    image.rgb_pixels().map(|rgb| pixel(display.bytes(rgb))).collect()
+    let mut pixels = Vec::with_capacity(image.pixel_count());
+    image.each_rgb(0..image.pixel_count(), |rgb| pixels.push(pixel(display.bytes(rgb))));
+    pixels
 }
 
 /// From colours of the scene to bytes.
