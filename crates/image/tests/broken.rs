@@ -258,15 +258,50 @@ fn webp_pictures_fill_their_canvas() {
         (written(Format::Webp, 13, 9), [13u8, 9]),
         (include_bytes!("data/lossy.webp").to_vec(), lossy_size(include_bytes!("data/lossy.webp"))),
     ] {
-        let file = |width: u8, height: u8| {
-            let canvas = [0, 0, 0, 0, width - 1, 0, 0, height - 1, 0, 0];
-            let chunks = [b"WEBPVP8X\x0a\0\0\0", &canvas[..], &picture[12..]].concat();
-            [b"RIFF", &(chunks.len() as u32).to_le_bytes()[..], &chunks].concat()
-        };
+        let file = |width: u8, height: u8| webp(0, [width, height], &picture[12..]);
         assert!(read(&file(width, height)).is_ok());
         refused(&file(width - 1, height), "byte 30: found a picture of");
         refused(&file(width, height + 1), "byte 30: found a picture of");
+        // One behind the end of the file is none.
+        let canvas = webp(0, [width - 1, height], &[]);
+        assert!(read(&[&canvas[..], &picture[12..]].concat()).is_err());
     }
+}
+
+/// In frames too; the picture behind transparency must say that it is one.
+#[test]
+fn webp_frames_hold_pictures_of_their_size() {
+    let lossy = include_bytes!("data/lossy.webp");
+    let [width, height] = lossy_size(lossy);
+    let frame = |[width, height]: [u8; 2], picture: &[u8]| {
+        let head = [0, 0, 0, 0, 0, 0, width - 1, 0, 0, height - 1, 0, 0, 0, 0, 0, 0];
+        riff_chunk(b"ANMF", &[&head[..], picture].concat())
+    };
+    let file = |frame: &[u8]| {
+        let begin = riff_chunk(b"ANIM", &[0; 6]);
+        webp(2, [width, height], &[&begin[..], frame].concat())
+    };
+    assert!(read(&file(&frame([width, height], &lossy[12..]))).is_ok());
+    refused(&file(&frame([width - 1, height], &lossy[12..])), "byte 68: found a picture of");
+    refused(&file(&frame([width, height + 1], &lossy[12..])), "byte 44: found a frame of");
+    let alpha = [riff_chunk(b"ALPH", &[0; 2]), lossy[12..].to_vec()].concat();
+    let named = with(&alpha, 10, b"ABCD");
+    refused(&file(&frame([width, height], &named)), "byte 78: found chunk \"ABCD\", expected chunk VP8 behind");
+    // Frames in frames, as deep as a stack is not.
+    let levels = 1u32 << 17;
+    let length = |level: u32| (24 * (levels - level) - 8).to_le_bytes();
+    let deep: Vec<u8> = (0..levels).flat_map(|level| [b"ANMF", &length(level)[..], &[0; 16]].concat()).collect();
+    assert!(read(&file(&deep)).is_err());
+}
+
+/// An extended WebP file with these flags, of such a canvas.
+fn webp(flags: u8, [width, height]: [u8; 2], chunks: &[u8]) -> Vec<u8> {
+    let canvas = [flags, 0, 0, 0, width - 1, 0, 0, height - 1, 0, 0];
+    riff_chunk(b"RIFF", &[b"WEBP", &riff_chunk(b"VP8X", &canvas)[..], chunks].concat())
+}
+
+fn riff_chunk(name: &[u8; 4], data: &[u8]) -> Vec<u8> {
+    [name, &(data.len() as u32).to_le_bytes()[..], data].concat()
 }
 
 /// Width and height stand behind three bytes and a mark of three.

@@ -86,7 +86,7 @@ pub fn decode_gif(bytes: &[u8], space: ColorSpace) -> Result<Decoded> {
 }
 
 pub fn decode_webp(bytes: &[u8], space: ColorSpace) -> Result<Decoded> {
-    webp::check(&Source::new(Format::Webp, bytes))?;
+    let bytes = webp::check(&Source::new(Format::Webp, bytes))?;
     run(Format::Webp, bytes, space, WEBP_PIXELS_PER_BYTE, |cursor| Ok(Box::new(WebPDecoder::new(cursor)?)))
 }
 

@@ -9,8 +9,9 @@ const HEAD: usize = 8;
 /// Bytes before the chunks in a frame of an animation.
 const FRAME: usize = 16;
 
-/// Checks that the file is as long as it says, and that its chunks fill it. What stands behind does not count.
-pub fn check(source: &Source<'_>) -> Result<()> {
+/// The file without what stands behind it, which the decoding library would take for chunks. Checks that the file is as
+/// long as it says, that its chunks fill it, and that pictures are as large as their canvas.
+pub fn check<'a>(source: &Source<'a>) -> Result<&'a [u8]> {
     let mut source = source.placed(4);
     let size = length(source.take(4, "the size of the file")?);
     // The size counts what follows it; the last chunk's padding may be left out on both sides.
@@ -30,7 +31,16 @@ pub fn check(source: &Source<'_>) -> Result<()> {
     source.at += 4;
     check_picture(&source)?;
     let canvas = self::size(source.bytes).filter(|_| source.rest().starts_with(b"VP8X"));
-    chunks(&mut source, end, canvas)
+    while source.at < end {
+        let at = source.at;
+        let (name, data) = chunk(&mut source, end)?;
+        let chunk = source.placed(at);
+        match (&name, canvas) {
+            (b"ANMF", Some(canvas)) if data.len() >= FRAME => check_frame(&chunk, data, canvas)?,
+            (_, canvas) => check_filled(&chunk, picture_size(&name, &source.bytes[data]), canvas)?,
+        }
+    }
+    Ok(&source.bytes[..end])
 }
 
 /// Width and height in the first chunk of a file that begins with these bytes.
@@ -41,32 +51,38 @@ pub fn size(head: &[u8]) -> Option<[u32; 2]> {
     if name == b"VP8X" { data.get(4..10).map(canvas) } else { picture_size(name, data) }
 }
 
-/// Goes over chunks up to `end`. Pictures in them must be as large as the canvas, if there is any: the library takes
-/// memory for them before it compares.
-fn chunks(source: &mut Source<'_>, end: usize, size: Option<[u32; 2]>) -> Result<()> {
-    while source.at < end {
-        let at = source.at;
-        let (name, data) = chunk(source, end)?;
-        let found = picture_size(&name, &source.bytes[data.clone()]);
-        if let (Some(found), Some(size)) = (found.filter(|found| Some(*found) != size), size) {
-            let [found, size] = [found, size].map(|[w, h]| format!("{w} × {h} pixels"));
-            source.at = at;
-            return Err(source.fault(format!("a picture of {found}"), format!("{size}, as its canvas")));
+/// Checks a frame of an animation, which stands at `source.at`. Behind its transparency comes a lossy picture: the
+/// library takes the next chunk for one whatever its name.
+fn check_frame(source: &Source<'_>, data: Range<usize>, most: [u32; 2]) -> Result<()> {
+    let size = canvas(&source.bytes[data.start + 6..data.start + 12]);
+    if size[0] > most[0] || size[1] > most[1] {
+        let [w, h] = size;
+        return Err(source.fault(format!("a frame of {w} × {h} pixels"), "at most the canvas"));
+    }
+    let mut inside = source.placed(data.start + FRAME);
+    let mut before = *b"ANMF";
+    while inside.at < data.end {
+        let at = inside.at;
+        let (name, data) = chunk(&mut inside, data.end)?;
+        let chunk = source.placed(at);
+        if &before == b"ALPH" && &name != b"VP8 " {
+            return Err(chunk.fault(format!("chunk \"{}\"", name.escape_ascii()), "chunk VP8 behind chunk ALPH"));
         }
-        if &name == b"ANMF" && data.len() >= FRAME {
-            let frame = canvas(&source.bytes[data.start + 6..data.start + 12]);
-            if size.is_none_or(|size| frame[0] > size[0] || frame[1] > size[1]) {
-                let [w, h] = frame;
-                source.at = at;
-                return Err(source.fault(format!("a frame of {w} × {h} pixels"), "at most the canvas"));
-            }
-            let next = source.at;
-            source.at = data.start + FRAME;
-            chunks(source, data.end, Some(frame))?;
-            source.at = next;
-        }
+        check_filled(&chunk, picture_size(&name, &source.bytes[data]), Some(size))?;
+        before = name;
     }
     Ok(())
+}
+
+/// A picture must be as large as its canvas, if there is any: the library takes memory for it before it compares.
+fn check_filled(source: &Source<'_>, picture: Option<[u32; 2]>, canvas: Option<[u32; 2]>) -> Result<()> {
+    match picture.zip(canvas).filter(|(picture, canvas)| picture != canvas) {
+        Some(sizes) => {
+            let [found, expected] = [sizes.0, sizes.1].map(|[w, h]| format!("{w} × {h} pixels"));
+            Err(source.fault(format!("a picture of {found}"), format!("{expected}, as its canvas")))
+        }
+        None => Ok(()),
+    }
 }
 
 /// Width and height, less one, in three bytes each.
