@@ -286,11 +286,15 @@ fn webp_frames_hold_pictures_of_their_size() {
     refused(&file(&frame([width, height + 1], &lossy[12..])), "byte 44: found a frame of");
     let alpha = [riff_chunk(b"ALPH", &[0; 2]), lossy[12..].to_vec()].concat();
     let named = with(&alpha, 10, b"ABCD");
-    refused(&file(&frame([width, height], &named)), "byte 78: found chunk \"ABCD\", expected chunk VP8 behind");
+    refused(
+        &file(&frame([width, height], &named)),
+        "byte 78: found chunk \"ABCD\", expected chunk VP8 behind",
+    );
     // Frames in frames, as deep as a stack is not.
     let levels = 1u32 << 17;
     let length = |level: u32| (24 * (levels - level) - 8).to_le_bytes();
-    let deep: Vec<u8> = (0..levels).flat_map(|level| [b"ANMF", &length(level)[..], &[0; 16]].concat()).collect();
+    let deep: Vec<u8> =
+        (0..levels).flat_map(|level| [b"ANMF", &length(level)[..], &[0; 16]].concat()).collect();
     assert!(read(&file(&deep)).is_err());
 }
 

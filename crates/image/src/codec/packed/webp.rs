@@ -66,7 +66,9 @@ fn check_frame(source: &Source<'_>, data: Range<usize>, most: [u32; 2]) -> Resul
         let (name, data) = chunk(&mut inside, data.end)?;
         let chunk = source.placed(at);
         if &before == b"ALPH" && &name != b"VP8 " {
-            return Err(chunk.fault(format!("chunk \"{}\"", name.escape_ascii()), "chunk VP8 behind chunk ALPH"));
+            return Err(
+                chunk.fault(format!("chunk \"{}\"", name.escape_ascii()), "chunk VP8 behind chunk ALPH")
+            );
         }
         check_filled(&chunk, picture_size(&name, &source.bytes[data]), Some(size))?;
         before = name;
